@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds everything and runs all tests.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tools/install_packages.sh
+cmake --preset release
+cmake --build --preset release
+ctest --preset release --parallel "$(nproc)"

@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
+# Refuses what cannot work, before a compiler says it in its own words.
+string(REPLACE "," ";" sanitizers "${HYBRID_SLAM_SANITIZE}")
+foreach(sanitizer IN LISTS sanitizers)
+  if(NOT sanitizer MATCHES "^(address|undefined|thread)$")
+    message(FATAL_ERROR "HYBRID_SLAM_SANITIZE: '${sanitizer}' is none of address, undefined, thread")
+  endif()
+endforeach()
+if("thread" IN_LIST sanitizers AND "address" IN_LIST sanitizers)
+  message(FATAL_ERROR "HYBRID_SLAM_SANITIZE: address and thread cannot be combined; build them apart")
+endif()
+if(HYBRID_SLAM_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "HYBRID_SLAM_FUZZ needs clang, but the compiler is ${CMAKE_CXX_COMPILER}; "
+                        "use 'cmake --preset fuzz'")
+  endif()
+  if("thread" IN_LIST sanitizers)
+    message(FATAL_ERROR "HYBRID_SLAM_FUZZ cannot be combined with the sanitizer 'thread'")
+  endif()
+endif()
