@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <variant>
+#include <vector>
+
+#include "hybrid_slam/core/points.hpp"
+
+namespace hybrid_slam {
+
+/// One sweep of a planar lidar. Beam i points at angle_min + i * angle_increment in the laser
+/// frame.
+struct Scan {
+    double stamp = 0.0;            ///< seconds, of the first beam
+    std::vector<float> ranges;     ///< metres; anything outside [range_min, range_max) is no return
+    double angle_min = 0.0;        ///< radians
+    double angle_increment = 0.0;  ///< radians
+    double range_min = 0.0;        ///< metres
+    double range_max = 0.0;        ///< metres; a reading of this or more is no return
+    double time_increment = 0.0;   ///< seconds between beams; 0 = not known, so no deskew
+    Pose2d robot_from_laser;
+
+    double angle(std::size_t beam) const {
+        return angle_min + static_cast<double>(beam) * angle_increment;
+    }
+    /// False for no-returns, inf and NaN.
+    bool is_return(float range) const { return range >= range_min && range < range_max; }
+};
+
+/// One camera image, rows top to bottom, channels interleaved (1 = gray, 3 = BGR).
+struct Image {
+    double stamp = 0.0;  ///< seconds
+    int width = 0;
+    int height = 0;
+    int channels = 1;
+    std::vector<std::uint8_t> pixels;  ///< width * height * channels bytes
+};
+
+/// The pose of the robot by its wheels, in a frame that drifts.
+struct WheelOdometry {
+    double stamp = 0.0;  ///< seconds
+    Pose2d odom_from_robot;
+};
+
+using Measurement = std::variant<Scan, Image, WheelOdometry>;
+
+}  // namespace hybrid_slam
