@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "hybrid_slam/odometry/local_map.hpp"
+#include "hybrid_slam/odometry/motion_prior.hpp"
+#include "hybrid_slam/odometry/scan_filter.hpp"
+#include "hybrid_slam/registration/icp.hpp"
+
+namespace hybrid_slam {
+
+enum class ReferenceKind {
+    kPreviousScan,  ///< the thesis
+    kLocalMap
+};
+
+struct KeyframeConfig {
+    double distance = 0.4;         ///< metres since the last keyframe
+    double angle = radians(20.0);  ///< radians since the last keyframe
+};
+
+struct OdometryConfig {
+    MotionPriorConfig prior;
+    ReferenceKind reference = ReferenceKind::kLocalMap;
+    ScanFilterConfig filter;
+    IcpConfig icp;
+    LocalMapConfig local_map;
+    KeyframeConfig keyframe;
+    double doubtful_overlap = 0.6;  ///< share of matched points below which other starts are tried
+    double doubtful_chi2 = 16.0;    ///< disagreement with the prior beyond which they are tried too
+};
+
+void describe(ConfigSchema& schema, OdometryConfig& config);
+
+enum class OdometryStatus {
+    kFirst,  ///< nothing to align to yet
+    kAligned,
+    kPriorOnly  ///< ICP failed: the motion is the prior's
+};
+std::string_view to_string(OdometryStatus status);
+
+/// What was learned from one frame. The frame `local` starts at the first pose and drifts.
+struct OdometryResult {
+    OdometryStatus status = OdometryStatus::kFirst;
+    Pose2d local_from_robot;
+    Pose2d before_from_now;  ///< motion since the frame before
+    PriorKind prior_used = PriorKind::kNone;
+    IcpResult icp;
+    /// Of (x, y, heading) of local_from_robot against the local map, by ICP and prior together;
+    /// grows with every frame that only the prior carries.
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    bool keyframe = false;  ///< moved far enough since the last keyframe
+    Surface surface;        ///< of this scan, in the robot's frame
+};
+
+/// One scan and what came with it in, one motion out.
+class Odometry {
+  public:
+    explicit Odometry(const OdometryConfig& config);
+
+    OdometryResult register_frame(const Frame& frame);
+
+  private:
+    void locate(const Frame& frame, MotionPrior prior, OdometryResult& result) const;
+    IcpResult align_from(const Surface& surface, const MotionPrior& prior) const;
+    bool is_doubtful(const IcpResult& icp, const MotionPrior& prior) const;
+    bool is_keyframe(const Pose2d& local_from_robot) const;
+    const std::optional<Reference>& reference() const;
+
+    OdometryConfig config_;
+    MotionPredictor predictor_;
+    LocalMap local_map_;
+    std::optional<Pose2d> local_from_robot_;
+    Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
+    std::optional<double> stamp_;
+    Pose2d local_from_keyframe_;
+};
+
+}  // namespace hybrid_slam

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid_slam/odometry/motion_prior.hpp"
+
+#include <cmath>
+
+namespace hybrid_slam {
+
+namespace {
+
+Eigen::Matrix3d information_of(double translation_sigma, double rotation_sigma) {
+    const double translation = 1.0 / (translation_sigma * translation_sigma);
+    const double rotation = 1.0 / (rotation_sigma * rotation_sigma);
+    return Eigen::Vector3d(translation, translation, rotation).asDiagonal();
+}
+
+}  // namespace
+
+std::string_view to_string(PriorKind kind) {
+    switch (kind) {
+        case PriorKind::kNone:
+            return "none";
+        case PriorKind::kConstantVelocity:
+            return "constant_velocity";
+        case PriorKind::kWheel:
+            return "wheel";
+    }
+    return "unknown";
+}
+
+MotionPrior MotionPredictor::predict(const Frame& frame) const {
+    if (config_.kind == PriorKind::kWheel) {
+        if (auto prior = from_wheels(frame)) {
+            return *prior;
+        }
+    }
+    if (config_.kind != PriorKind::kNone) {
+        if (auto prior = from_velocity(frame)) {
+            return *prior;
+        }
+    }
+    return {};
+}
+
+std::vector<MotionPrior> MotionPredictor::alternatives(const Frame& frame) const {
+    std::vector<MotionPrior> starts;
+    if (config_.kind == PriorKind::kNone) {
+        return starts;
+    }
+    starts.push_back(predict(frame));
+    if (auto prior = from_velocity(frame); prior && starts.front().used == PriorKind::kWheel) {
+        starts.push_back(*prior);
+    }
+    starts.emplace_back();
+    for (MotionPrior& start : starts) {
+        start.information.setZero();
+    }
+    return starts;
+}
+
+std::optional<MotionPrior> MotionPredictor::from_wheels(const Frame& frame) const {
+    if (!odom_from_robot_ || !frame.odom_from_robot) {
+        return std::nullopt;
+    }
+    MotionPrior prior;
+    prior.used = PriorKind::kWheel;
+    prior.before_from_now = between(*odom_from_robot_, *frame.odom_from_robot);
+    const double distance = prior.before_from_now.translation.norm();
+    const double angle = std::abs(prior.before_from_now.heading);
+    prior.information =
+        information_of(config_.wheel_translation_floor + config_.wheel_translation_ratio * distance,
+                       config_.wheel_rotation_floor + config_.wheel_rotation_ratio * angle);
+    return prior;
+}
+
+std::optional<MotionPrior> MotionPredictor::from_velocity(const Frame& frame) const {
+    if (!twist_ || !stamp_) {
+        return std::nullopt;
+    }
+    const double elapsed = frame.scan.stamp - *stamp_;
+    if (!(elapsed >= 0.0 && elapsed <= config_.max_gap)) {
+        return std::nullopt;
+    }
+    MotionPrior prior;
+    prior.used = PriorKind::kConstantVelocity;
+    prior.before_from_now = Pose2d::exp(elapsed * *twist_);
+    const double distance = prior.before_from_now.translation.norm();
+    const double angle = std::abs(prior.before_from_now.heading);
+    prior.information = information_of(
+        config_.velocity_translation_floor + config_.velocity_translation_ratio * distance,
+        config_.velocity_rotation_floor + config_.velocity_rotation_ratio * angle);
+    return prior;
+}
+
+void MotionPredictor::update(const Frame& frame, const Pose2d& before_from_now) {
+    const double elapsed = stamp_ ? frame.scan.stamp - *stamp_ : 0.0;
+    if (elapsed > 1e-3 && elapsed <= config_.max_gap) {
+        twist_ = before_from_now.log() / elapsed;
+    } else if (elapsed > config_.max_gap) {
+        twist_.reset();
+    }
+    stamp_ = frame.scan.stamp;
+    odom_from_robot_ = frame.odom_from_robot;
+}
+
+void describe(ConfigSchema& schema, MotionPriorConfig& config) {
+    schema.add("wheel_translation_floor", config.wheel_translation_floor, 1e-4, 10.0,
+               "m, trust in wheels: sigma = floor + ratio * distance");
+    schema.add("wheel_translation_ratio", config.wheel_translation_ratio, 0.0, 10.0,
+               "share of the distance driven");
+    schema.add("wheel_rotation_floor", config.wheel_rotation_floor, 1e-4, 3.2, "rad");
+    schema.add("wheel_rotation_ratio", config.wheel_rotation_ratio, 0.0, 10.0,
+               "share of the angle turned");
+    schema.add("velocity_translation_floor", config.velocity_translation_floor, 1e-4, 10.0,
+               "m, trust in constant velocity");
+    schema.add("velocity_translation_ratio", config.velocity_translation_ratio, 0.0, 10.0,
+               "share of the distance driven");
+    schema.add("velocity_rotation_floor", config.velocity_rotation_floor, 1e-4, 3.2, "rad");
+    schema.add("velocity_rotation_ratio", config.velocity_rotation_ratio, 0.0, 10.0,
+               "share of the angle turned");
+    schema.add("max_gap", config.max_gap, 0.01, 60.0, "s, older velocities say nothing");
+}
+
+}  // namespace hybrid_slam
