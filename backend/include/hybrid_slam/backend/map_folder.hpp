@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "hybrid_slam/backend/slam.hpp"
+#include "hybrid_slam/core/occupancy_grid.hpp"
+
+namespace hybrid_slam {
+
+/// The version of the folder's format that we write; all versions from 1 to this one can be read.
+inline constexpr int kMapFormatVersion = 1;
+
+/// Builds a map folder beside its final place and moves it there in one step, so that a crash, a
+/// full disk or an interruption never leaves half a map or harms the one before.
+///
+///     MapFolderWriter writer("hall");
+///     write_map(writer.path(), map, grid_config);  // and whatever else belongs beside it
+///     writer.commit();
+class MapFolderWriter {
+  public:
+    /// Creates the folders above it; clears what an earlier crash left. Throws Error when the place
+    /// cannot be written, or holds something that is neither empty nor a map folder.
+    explicit MapFolderWriter(const std::filesystem::path& folder);
+    ~MapFolderWriter();  ///< without commit: removes what was written
+    MapFolderWriter(const MapFolderWriter&) = delete;
+    MapFolderWriter& operator=(const MapFolderWriter&) = delete;
+
+    /// Where to write the files of the map; once committed, the map folder itself.
+    const std::filesystem::path& path() const { return staging_; }
+
+    /// Brings the manifest up to date (size and CRC-32 of every file), waits for the disk, and puts
+    /// the folder into its place; a map that was there is replaced with all that lay beside it.
+    /// Throws Error, and leaves the old map, when that fails or no map was written.
+    void commit();
+
+  private:
+    struct Lock;
+
+    std::filesystem::path folder_;
+    std::filesystem::path staging_;
+    std::unique_ptr<Lock> lock_;  ///< tells other writers that the staging folder is no leftover
+    bool committed_ = false;
+};
+
+/// Writes into an existing folder: keyframes.bin, graph.g2o, trajectory.tum, odometry.tum,
+/// map.yaml, map.pgm, points.ply and manifest.json. The same map gives the same bytes. Throws Error
+/// for a map without keyframes or scans, or with another number of keyframes than of nodes.
+void write_map(const std::filesystem::path& folder, const SlamMap& map,
+               const OccupancyGridConfig& grid_config = {});
+
+/// What later sessions need of a map folder. The points of keyframes have the digits of a float,
+/// and edges between successive keyframes are of kind kOdometry, all others kClosure.
+struct StoredMap {
+    int version = 0;
+    Keyframes keyframes;
+    PoseGraph graph;
+    Trajectory trajectory;
+    StateGrid grid;
+};
+
+/// Reads a map folder. Throws Error in one line for a folder that is no map, a newer version, a
+/// missing or damaged file (by size and CRC-32).
+StoredMap read_map(const std::filesystem::path& folder);
+
+/// The occupancy grid of keyframes at the poses of the graph, by ray casting. Throws Error when
+/// there are none, or another number than of nodes.
+OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
+                        const OccupancyGridConfig& config = {});
+
+/// The points of all keyframes at the poses of the graph, one for each cell of `resolution` metres:
+/// the mean of those in it.
+Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution);
+
+}  // namespace hybrid_slam

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+
+#include "hybrid_slam/backend/keyframe.hpp"
+
+namespace hybrid_slam {
+
+inline constexpr const char* kManifestName = "manifest.json";
+
+/// keyframes.bin; docs/formats.md has its layout. Coordinates of surfaces are rounded to floats.
+/// Writing throws Error for numbers that are not finite or do not fit, reading for all that is not
+/// exactly such a file.
+void write_keyframes(const std::filesystem::path& file, const Keyframes& keyframes);
+Keyframes read_keyframes(const std::filesystem::path& file);
+
+/// Writes the manifest of all files in the folder. `facts` may hold whatever else is to be said.
+void write_manifest(const std::filesystem::path& folder, nlohmann::json facts);
+
+/// Puts a finished folder in the place of another, or where nothing is. With `exchange` in one step
+/// where the file system can do that; else the old folder goes to the side for a moment, and comes
+/// back when the new one cannot be moved.
+void put_into_place(const std::filesystem::path& staging, const std::filesystem::path& folder,
+                    bool exchange);
+
+/// Where the old folder is during that moment.
+std::filesystem::path side_of(const std::filesystem::path& folder);
+
+}  // namespace hybrid_slam

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+namespace hybrid_slam {
+
+// Each prints a table of what was measured beside what is asked, and returns how many figures miss.
+
+/// Optimises each graph of `shared_data`/data/posegraph from its odometry, on one thread.
+int run_graphs_benchmark(const std::filesystem::path& shared_data, std::ostream& out);
+
+/// Aligns the scan pairs of the relations of `shared_data`/data/slam2d, one at a time, from the
+/// odometry's guess and from none.
+int run_pairs_benchmark(const std::filesystem::path& shared_data, std::ostream& out);
+
+/// Maps each log of `shared_data`/data/slam2d with the default configuration and audits every
+/// accepted closure against the relations. `overrides` are "key=value".
+int run_logs_benchmark(const std::filesystem::path& shared_data,
+                       const std::vector<std::string>& overrides, std::ostream& out);
+
+/// Maps each simulated world of `worlds` with several seeds and audits closures against the truth.
+int run_worlds_benchmark(const std::filesystem::path& worlds,
+                         const std::vector<std::string>& overrides, std::ostream& out);
+
+}  // namespace hybrid_slam
