@@ -83,8 +83,9 @@ void sync_tree(const fs::path& root) {
 }
 
 std::string crc_of(const std::string& bytes) {
-    return fmt::format("{:08x}",
-                       crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): zlib counts in unsigned bytes
+    const auto* const data = reinterpret_cast<const Bytef*>(bytes.data());
+    return fmt::format("{:08x}", crc32_z(0, data, bytes.size()));
 }
 
 json fingerprint_of(const fs::path& place) {
@@ -160,8 +161,9 @@ void clear_leftovers(const fs::path& folder) {
     std::vector<fs::path> leftovers;
     for (const auto& entry : fs::directory_iterator(folder.parent_path())) {
         const std::string name = entry.path().filename().string();
-        const bool numbered = name.size() > prefix.size() &&
-                              name.find_first_not_of("0123456789", prefix.size()) == name.npos;
+        const bool numbered =
+            name.size() > prefix.size() &&
+            name.find_first_not_of("0123456789", prefix.size()) == std::string::npos;
         if (numbered && name.compare(0, prefix.size(), prefix) == 0 && entry.is_directory() &&
             !entry.is_symlink()) {
             leftovers.push_back(entry.path());
