@@ -32,7 +32,7 @@ class BlurStamp {
     int radius() const { return radius_; }
 
     void apply(std::vector<std::uint8_t>& grid, const GridGeometry& geometry, Cell cell) const {
-        const auto side = static_cast<std::size_t>(2 * radius_ + 1);
+        const auto side = 2 * static_cast<std::size_t>(radius_) + 1;
         for (std::size_t row = 0; row < side; ++row) {
             std::uint8_t* out = grid.data() +
                                 geometry.index_of({cell.x - radius_, cell.y - radius_}) +

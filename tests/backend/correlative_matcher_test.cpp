@@ -20,7 +20,8 @@ struct BestPoses {
     double runner_up_score = -1.0;  ///< of the best pose that is elsewhere than `elsewhere_than`
 };
 
-/// Every pose of the window's grid, scored cell by cell. Poses near `elsewhere_than` are no runner-ups.
+/// Every pose of the window's grid, scored cell by cell. Poses near `elsewhere_than` are no
+/// runner-ups.
 BestPoses full_search(const LikelihoodPyramid& pyramid, const Points& query,
                       const SearchWindow& window, const SearchLimits& limits,
                       const Pose2d& elsewhere_than) {
@@ -33,7 +34,8 @@ BestPoses full_search(const LikelihoodPyramid& pyramid, const Points& query,
         std::vector<Cell> cells;
         for (const Point2& point : query) {
             cells.push_back(pyramid.geometry().cell_of(
-                Pose2d(window.center.translation, window.center.heading + turn * window.angle_step) *
+                Pose2d(window.center.translation,
+                       window.center.heading + turn * window.angle_step) *
                 point));
         }
         for (int y = -reach; y <= reach; ++y) {
@@ -79,7 +81,8 @@ TEST_P(SearchAtDepth, FindsWhatFullSearchFindsBestAndRunnerUp) {
     Rng rng(51);
     int with_runner_up = 0;
     for (int i = 0; i < 12; ++i) {
-        const Pose2d truth(uniform(rng, -0.8, 0.8), uniform(rng, -0.8, 0.8), uniform(rng, -0.3, 0.3));
+        const Pose2d truth(uniform(rng, -0.8, 0.8), uniform(rng, -0.8, 0.8),
+                           uniform(rng, -0.3, 0.3));
         const Points query = every(surface_of(scan_at(world, truth)).points, 6);
         SearchWindow window;
         window.center = Pose2d(uniform(rng, -0.2, 0.2), uniform(rng, -0.2, 0.2), 0.0);
@@ -128,8 +131,7 @@ TEST_P(SearchAtDepth, FindsPosesWhoseQueryReachesOutOfTheGrid) {
         limits.min_score = 0.1;
         const SearchResult found = branch_and_bound(pyramid, query, window, limits);
         ASSERT_TRUE(found.found);
-        EXPECT_DOUBLE_EQ(found.score,
-                         full_search(pyramid, query, window, limits, {}).score);
+        EXPECT_DOUBLE_EQ(found.score, full_search(pyramid, query, window, limits, {}).score);
         EXPECT_DOUBLE_EQ(found.score, 6.0 / 8.0);
     }
 }

@@ -37,12 +37,13 @@ PoseGraph chain(const std::vector<Pose2d>& steps, const std::vector<Eigen::Matri
 }
 
 void expect_close(const Eigen::Matrix3d& found, const Eigen::Matrix3d& expected, double relative) {
-    EXPECT_LT((found - expected).norm(), relative * expected.norm())
-        << "found\n" << found << "\nexpected\n" << expected;
+    EXPECT_LT((found - expected).norm(), relative * expected.norm()) << "found\n"
+                                                                     << found << "\nexpected\n"
+                                                                     << expected;
 }
 
-// n straight steps of d, each with variances (a, a, h): the heading error of step k swings the n - k
-// steps after it.
+// n straight steps of d, each with variances (a, a, h): the heading error of step k swings the n -
+// k steps after it.
 TEST(RelativeUncertainties, OfAStraightChainAreTheClosedForm) {
     constexpr int kSteps = 12;
     const double d = 0.5;
@@ -65,15 +66,16 @@ TEST(RelativeUncertainties, OfAStraightChainAreTheClosedForm) {
     }
 }
 
-// The pose of the last node seen from the first, over many draws of the edges' own errors. An edge's
-// information is of its residual, in the axes of the node where it ends.
+// The pose of the last node seen from the first, over many draws of the edges' own errors. An
+// edge's information is of its residual, in the axes of the node where it ends.
 TEST(RelativeUncertainties, OfACurvedChainAreThoseOfManyDraws) {
-    const std::vector<Pose2d> steps{{1.0, 0.2, 0.9}, {0.8, -0.1, 0.7}, {1.2, 0.0, -1.4}, {0.5, 0.5, 2.0}};
+    const std::vector<Pose2d> steps{
+        {1.0, 0.2, 0.9}, {0.8, -0.1, 0.7}, {1.2, 0.0, -1.4}, {0.5, 0.5, 2.0}};
     std::vector<Eigen::Matrix3d> covariances;
     Rng rng(61);
     for (std::size_t i = 0; i < steps.size(); ++i) {
-        const Eigen::Matrix3d correlated = Eigen::Matrix3d::Identity() +
-                                           0.5 * Eigen::Matrix3d::Ones();
+        const Eigen::Matrix3d correlated =
+            Eigen::Matrix3d::Identity() + 0.5 * Eigen::Matrix3d::Ones();
         const Eigen::Vector3d scale(0.03, 0.003, 0.005);  // much surer sideways
         covariances.emplace_back(scale.asDiagonal() * correlated * scale.asDiagonal());
     }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <utility>
@@ -91,10 +92,9 @@ std::size_t closure_edges(const PoseGraph& graph) {
 }
 
 std::size_t accepted(const std::vector<Closure>& closures) {
-    return static_cast<std::size_t>(
-        std::count_if(closures.begin(), closures.end(), [](const Closure& closure) {
-            return closure.verdict == ClosureVerdict::kAccepted;
-        }));
+    return static_cast<std::size_t>(std::count_if(
+        closures.begin(), closures.end(),
+        [](const Closure& closure) { return closure.verdict == ClosureVerdict::kAccepted; }));
 }
 
 double worst_apart(const Trajectory& a, const Trajectory& b) {
@@ -141,15 +141,15 @@ TEST(Slam, TellsOfEachFrameWhatItUsedAndFound) {
         EXPECT_TRUE(i == 0 || result.icp.usable());
         EXPECT_GE(result.covariance.eigenvalues().real().minCoeff(), -1e-12);
         EXPECT_GE(result.timings.odometry, 0.0);
-        EXPECT_DOUBLE_EQ(result.timings.total(), result.timings.odometry +
-                                                     result.timings.loop_closing +
-                                                     result.timings.optimization);
+        EXPECT_DOUBLE_EQ(
+            result.timings.total(),
+            result.timings.odometry + result.timings.loop_closing + result.timings.optimization);
         ++priors[result.prior_used];
         keyframes += result.keyframe ? 1 : 0;
     }
-    EXPECT_EQ(priors[PriorKind::kWheel] + priors[PriorKind::kNone] +
-                  priors[PriorKind::kConstantVelocity],
-              100);
+    EXPECT_EQ(
+        priors[PriorKind::kWheel] + priors[PriorKind::kNone] + priors[PriorKind::kConstantVelocity],
+        100);
     EXPECT_GE(priors[PriorKind::kWheel], 95);
     EXPECT_GE(priors[PriorKind::kNone], 1) << "the first frame has nothing before it";
     EXPECT_EQ(keyframes, run.map.keyframes.size());
@@ -212,8 +212,8 @@ TEST(Slam, TheTrajectoryPassesThroughTheNodesWithoutJumps) {
         }
         if (i > 0) {
             const Pose2d step = between(map.trajectory[i - 1].pose, map.trajectory[i].pose);
-            const Pose2d by_odometry = between(map.odometry_trajectory[i - 1].pose,
-                                               map.odometry_trajectory[i].pose);
+            const Pose2d by_odometry =
+                between(map.odometry_trajectory[i - 1].pose, map.odometry_trajectory[i].pose);
             EXPECT_LT(apart(step, by_odometry), 0.05) << "scan " << i;
         }
     }
@@ -282,7 +282,8 @@ TEST(Slam, ClosuresThatDoNotFitAreThrownOutOfTheFinalSolution) {
                                 return closure.verdict == ClosureVerdict::kOutlier;
                             }),
               2);
-    EXPECT_LT(worst_apart(map.trajectory, map.odometry_trajectory), 1e-3) << "the chain alone is left";
+    EXPECT_LT(worst_apart(map.trajectory, map.odometry_trajectory), 1e-3)
+        << "the chain alone is left";
 }
 
 TEST(Slam, BlindFramesAreSurvived) {
@@ -306,8 +307,8 @@ TEST(Slam, BlindFramesAreSurvived) {
     }
 }
 
-// Edges hold their information in the axes of the newer node (as g2o does): in a corridor weak along
-// the corridor as that node sees it, whichever way it has turned since the node before.
+// Edges hold their information in the axes of the newer node (as g2o does): in a corridor weak
+// along the corridor as that node sees it, whichever way it has turned since the node before.
 TEST(Slam, EdgesAreWeakAlongTheCorridorInTheAxesOfTheirNewerNode) {
     SlamConfig config;
     config.odometry.prior.kind = PriorKind::kWheel;
@@ -354,11 +355,26 @@ TEST(Slam, EveryKeyOfItsConfigurationIsListedOnce) {
         EXPECT_TRUE(keys.insert(field.key).second) << field.key << " twice";
         field.set(field.get());
     }
-    for (const char* key : {"odometry.prior", "icp.metric", "loop_closing.min_score", "graph.enabled"}) {
+    for (const char* key :
+         {"odometry.prior", "icp.metric", "loop_closing.min_score", "graph.enabled"}) {
         EXPECT_EQ(keys.count(key), 1U) << key;
     }
     schema.override_with("graph.enabled=false");
     EXPECT_FALSE(config.graph.enabled);
+}
+
+TEST(SlamOnWorlds, TheShippedHallEndsUpWithinCentimetres) {
+    const auto file = std::filesystem::path(HYBRID_SLAM_SOURCE_DIR) / "config/worlds/hall.yaml";
+    SimulatorConfig config;
+    read_simulator_section(file, config);
+    config.scan_rate = 4.0;
+    Simulator simulator(read_world(file), config);
+    const auto frames = frames_of(simulator);
+    ASSERT_GT(frames.size(), 500U);
+    SlamConfig slam_config;
+    slam_config.odometry.prior.kind = PriorKind::kWheel;
+    const SlamMap map = drive_through(slam_config, frames).map;
+    EXPECT_LT(truth_error(map.trajectory, simulator.truth()).ate_rmse, 0.05);
 }
 
 TEST(SlamOnRecordings, MitCsailIsWithinWhatIsAsked) {

@@ -36,7 +36,8 @@ inline void add_box(World& world, const Pose2d& world_from_box, double length, d
     add_outline(world, transform(world_from_box, Points{{-x, -y}, {x, -y}, {x, y}, {-x, y}}));
 }
 
-/// About 10 x 8 m; no two of its walls are parallel by accident, so that one pose alone fits a scan.
+/// About 10 x 8 m; no two of its walls are parallel by accident, so that one pose alone fits a
+/// scan.
 inline World irregular_room() {
     World world;
     world.name = "irregular room";
@@ -66,9 +67,24 @@ inline World endless_corridor() {
 inline World ring_hall() {
     World world;
     world.name = "ring hall";
-    add_outline(world, {{0, 0}, {9, 0}, {9, -1}, {11, -1}, {11, 0}, {24, 0}, {24, 10}, {23, 10},
-                        {23, 12}, {24, 12}, {24, 16}, {7, 16}, {7, 15}, {4, 15}, {4, 16}, {0, 16}});
-    add_outline(world, {{5, 5}, {13, 5}, {13, 4.2}, {15, 4.2}, {15, 5}, {19, 5}, {19, 11}, {5, 11}});
+    add_outline(world, {{0, 0},
+                        {9, 0},
+                        {9, -1},
+                        {11, -1},
+                        {11, 0},
+                        {24, 0},
+                        {24, 10},
+                        {23, 10},
+                        {23, 12},
+                        {24, 12},
+                        {24, 16},
+                        {7, 16},
+                        {7, 15},
+                        {4, 15},
+                        {4, 16},
+                        {0, 16}});
+    add_outline(world,
+                {{5, 5}, {13, 5}, {13, 4.2}, {15, 4.2}, {15, 5}, {19, 5}, {19, 11}, {5, 11}});
     add_box(world, {0.8, 9.0, 0.2}, 1.0, 2.0);
     add_box(world, {21.5, 0.8, 0.0}, 2.0, 0.8);
     add_box(world, {14.0, 15.3, 0.1}, 2.5, 0.9);
@@ -84,7 +100,8 @@ inline double distance_to(const World& world, const Point2& point) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Segment& wall : world.walls) {
         const Eigen::Vector2d along = wall.end - wall.start;
-        const double at = std::clamp((point - wall.start).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        const double at =
+            std::clamp((point - wall.start).dot(along) / along.squaredNorm(), 0.0, 1.0);
         nearest = std::min(nearest, (point - wall.start - at * along).norm());
     }
     for (const Circle& post : world.posts) {
@@ -102,10 +119,10 @@ struct Lidar {
     Pose2d robot_from_laser;
 };
 
-/// The scan from `world_from_robot`. With a twist (robot's axes) and a time increment the robot drives on
-/// while the beams are taken. `rng` is drawn from only for noise.
-inline Scan scan_at(const World& world, const Pose2d& world_from_robot, const Lidar& lidar, Rng& rng,
-                    const Eigen::Vector3d& twist = Eigen::Vector3d::Zero()) {
+/// The scan from `world_from_robot`. With a twist (robot's axes) and a time increment the robot
+/// drives on while the beams are taken. `rng` is drawn from only for noise.
+inline Scan scan_at(const World& world, const Pose2d& world_from_robot, const Lidar& lidar,
+                    Rng& rng, const Eigen::Vector3d& twist = Eigen::Vector3d::Zero()) {
     Scan scan;
     scan.angle_increment = lidar.field_of_view / lidar.beams;
     scan.angle_min = -0.5 * lidar.field_of_view;
@@ -118,7 +135,8 @@ inline Scan scan_at(const World& world, const Pose2d& world_from_robot, const Li
                                         Pose2d::exp(beam * lidar.time_increment * twist) *
                                         lidar.robot_from_laser;
         const double angle = world_from_laser.heading + scan.angle(static_cast<std::size_t>(beam));
-        double range = world.cast_ray(world_from_laser.translation, {std::cos(angle), std::sin(angle)});
+        double range =
+            world.cast_ray(world_from_laser.translation, {std::cos(angle), std::sin(angle)});
         if (lidar.sigma > 0.0) {
             range += gauss(rng, lidar.sigma);
         }
@@ -177,8 +195,7 @@ inline Trajectory ellipse_lap(int scans, double radius_x = 2.2, double radius_y 
     Trajectory lap;
     for (int i = 0; i < scans; ++i) {
         const double angle = 2.0 * kPi * i / scans;
-        const double heading =
-            std::atan2(radius_y * std::cos(angle), -radius_x * std::sin(angle));
+        const double heading = std::atan2(radius_y * std::cos(angle), -radius_x * std::sin(angle));
         lap.push_back({0.1 * i, {radius_x * std::cos(angle), radius_y * std::sin(angle), heading}});
     }
     return lap;

@@ -120,18 +120,31 @@ class Pairing {
     std::vector<Pair> pairs_;
 };
 
-double kernel_weight(const IcpConfig& config, double scale, double residual) {
-    const double ratio = std::abs(residual) / scale;
-    switch (config.kernel) {
-        case IcpKernel::kHuber:
-            return ratio <= 1.0 ? 1.0 : 1.0 / ratio;
-        case IcpKernel::kCauchy:
-            return 1.0 / (1.0 + ratio * ratio);
-        case IcpKernel::kNone:
-            break;
+// The robust kernel at the width of one iteration: it narrows together with the gate.
+struct Kernel {
+    IcpKernel kind;
+    double scale;  // metres
+
+    double weight(double residual) const {
+        const double ratio = std::abs(residual) / scale;
+        switch (kind) {
+            case IcpKernel::kHuber:
+                return ratio <= 1.0 ? 1.0 : 1.0 / ratio;
+            case IcpKernel::kCauchy:
+                return 1.0 / (1.0 + ratio * ratio);
+            case IcpKernel::kNone:
+                break;
+        }
+        return 1.0;
     }
-    return 1.0;
-}
+};
+
+// The pairs of one iteration with the surfaces that they index.
+struct Matches {
+    const Surface& scan;
+    const Surface& reference;
+    const std::vector<Pair>& pairs;
+};
 
 // Normal equations over (x, y, heading) of reference_from_points, unit noise.
 struct NormalEquations {
@@ -148,30 +161,29 @@ struct NormalEquations {
     }
 };
 
-NormalEquations linearize(const Surface& scan, const Surface& reference,
-                          const std::vector<Pair>& pairs, const Pose2d& pose,
-                          const IcpConfig& config, double scale) {
+NormalEquations linearize(const Matches& matches, const Pose2d& pose, IcpMetric metric,
+                          const Kernel& kernel) {
     NormalEquations equations;
     const Eigen::Matrix2d rotation = pose.rotation();
-    const bool to_line = config.metric == IcpMetric::kPointToLine;
-    for (const Pair& pair : pairs) {
-        const Eigen::Vector2d arm = rotation * scan.points[pair.scan];
-        const Eigen::Vector2d gap = arm + pose.translation - reference.points[pair.reference];
-        const Eigen::Vector2d turned(-arm.y(), arm.x());  // d(arm) / d(heading)
-        Eigen::Vector2d normal = reference.normals[pair.reference];
+    const bool to_line = metric == IcpMetric::kPointToLine;
+    for (const Pair& pair : matches.pairs) {
+        const Eigen::Vector2d arm = rotation * matches.scan.points[pair.scan];
+        const Eigen::Vector2d gap =
+            arm + pose.translation - matches.reference.points[pair.reference];
+        const Eigen::Vector2d swing(-arm.y(), arm.x());  // d(arm) / d(heading)
+        Eigen::Vector2d normal = matches.reference.normals[pair.reference];
         if (normal.isZero(0.0)) {
-            normal = rotation * scan.normals[pair.scan];
+            normal = rotation * matches.scan.normals[pair.scan];
         }
         if (to_line && !normal.isZero(0.0)) {
             const double residual = normal.dot(gap);
-            equations.add({normal.x(), normal.y(), normal.dot(turned)}, residual,
-                          kernel_weight(config, scale, residual));
+            equations.add({normal.x(), normal.y(), normal.dot(swing)}, residual,
+                          kernel.weight(residual));
             continue;
         }
-        const double weight =
-            (to_line ? kNoNormalWeight : 1.0) * kernel_weight(config, scale, gap.norm());
-        equations.add({1.0, 0.0, turned.x()}, gap.x(), weight);
-        equations.add({0.0, 1.0, turned.y()}, gap.y(), weight);
+        const double weight = (to_line ? kNoNormalWeight : 1.0) * kernel.weight(gap.norm());
+        equations.add({1.0, 0.0, swing.x()}, gap.x(), weight);
+        equations.add({0.0, 1.0, swing.y()}, gap.y(), weight);
     }
     return equations;
 }
@@ -208,16 +220,14 @@ bool gauss_newton_step(const NormalEquations& equations, const IcpGuess& guess,
 }
 
 // The SVD's closed form, as a step of (x, y, heading).
-Eigen::Vector3d closed_form_step(const Surface& scan, const Surface& reference,
-                                 const std::vector<Pair>& pairs, const Pose2d& pose,
-                                 const IcpConfig& config, double scale) {
+Eigen::Vector3d closed_form_step(const Matches& matches, const Pose2d& pose, const Kernel& kernel) {
     Points from;
     Points to;
     std::vector<double> weights;
-    for (const Pair& pair : pairs) {
-        from.push_back(scan.points[pair.scan]);
-        to.push_back(reference.points[pair.reference]);
-        weights.push_back(kernel_weight(config, scale, std::sqrt(pair.squared_distance)));
+    for (const Pair& pair : matches.pairs) {
+        from.push_back(matches.scan.points[pair.scan]);
+        to.push_back(matches.reference.points[pair.reference]);
+        weights.push_back(kernel.weight(std::sqrt(pair.squared_distance)));
     }
     return difference(align_points(to, from, weights), pose);
 }
@@ -272,18 +282,18 @@ IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess&
     Pose2d pose = guess.reference_from_points;
     NormalEquations equations;
     for (; result.iterations < config.max_iterations; ++result.iterations) {
-        const std::vector<Pair>& pairs = pairing.update(pose);
-        result.pairs = pairs.size();
-        if (!enough(pairs, scan, config)) {
+        const Matches matches{scan, reference.surface(), pairing.update(pose)};
+        result.pairs = matches.pairs.size();
+        if (!enough(matches.pairs, scan, config)) {
             result.status = IcpStatus::kTooFewPairs;
             break;
         }
-        const double scale =
-            std::max(config.kernel_scale, config.kernel_gate_ratio * pairing.gate());
-        equations = linearize(scan, reference.surface(), pairs, pose, config, scale);
+        const Kernel kernel{config.kernel, std::max(config.kernel_scale,
+                                                    config.kernel_gate_ratio * pairing.gate())};
+        equations = linearize(matches, pose, config.metric, kernel);
         Eigen::Vector3d step;
         if (config.metric == IcpMetric::kPointToPoint) {
-            step = closed_form_step(scan, reference.surface(), pairs, pose, config, scale);
+            step = closed_form_step(matches, pose, kernel);
         } else if (!gauss_newton_step(equations, guess, config, pose, step)) {
             result.status = IcpStatus::kDegenerate;
             break;

@@ -3,6 +3,8 @@
 
 #include <flann/flann.hpp>
 
+#include <utility>
+
 #include "hybrid_slam/core/error.hpp"
 
 namespace hybrid_slam {
@@ -14,7 +16,8 @@ constexpr int kLeafSize = 10;
 
 // FLANN's matrices are never written through, but take no pointer to const.
 flann::Matrix<double> view(const Points& points) {
-    return {const_cast<double*>(points.data()->data()), points.size(), 2};
+    return {const_cast<double*>(points.data()->data()),  // NOLINT(*-const-cast)
+            points.size(), 2};
 }
 
 flann::SearchParams exact_search() {
@@ -26,8 +29,8 @@ flann::SearchParams exact_search() {
 }  // namespace
 
 struct NearestNeighbors::Tree {
-    explicit Tree(const Points& points_in)
-        : points(points_in),
+    explicit Tree(Points points_in)
+        : points(std::move(points_in)),
           index(view(points), flann::KDTreeSingleIndexParams(kLeafSize, /*reorder=*/false)) {
         index.buildIndex();
     }
@@ -52,10 +55,10 @@ void NearestNeighbors::find(const Points& queries, Answer& answer) const {
     if (queries.empty()) {
         return;
     }
-    static const flann::SearchParams params = exact_search();
+    static const flann::SearchParams kParams = exact_search();
     flann::Matrix<std::size_t> indices(answer.indices.data(), queries.size(), 1);
     flann::Matrix<double> distances(answer.squared_distances.data(), queries.size(), 1);
-    tree_->index.knnSearch(view(queries), indices, distances, 1, params);
+    tree_->index.knnSearch(view(queries), indices, distances, 1, kParams);
 }
 
 }  // namespace hybrid_slam

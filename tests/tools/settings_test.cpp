@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings.hpp"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "support/error_of.hpp"
+#include "support/temp_folder.hpp"
+
+namespace hybrid_slam::test {
+namespace {
+
+using tools::load_settings;
+using tools::Settings;
+using tools::with_overrides;
+
+const std::filesystem::path kConfigs = std::filesystem::path(HYBRID_SLAM_SOURCE_DIR) / "config";
+
+/// Without the comment lines before the first key.
+std::string without_heading(const std::string& text) {
+    std::istringstream lines(text);
+    std::string line;
+    std::size_t begin = 0;
+    while (std::getline(lines, line) && (line.empty() || line[0] == '#')) {
+        begin += line.size() + 1;
+    }
+    return text.substr(begin);
+}
+
+std::string effect_of(const std::string& file) {
+    return to_yaml(load_settings(kConfigs / file, {}));
+}
+
+TEST(Settings, DefaultFileIsWhatHoldsWithoutAFile) {
+    const TempFolder folder;
+    const std::string expected = to_yaml(Settings{});
+    EXPECT_EQ(without_heading(bytes_of(kConfigs / "default.yaml")), expected)
+        << "to renew it, keep its heading and take the config.yaml of a map made without --config";
+}
+
+TEST(Settings, PlainIcpFileHasTheEffectOfTheComparisonsFirstVariant) {
+    EXPECT_EQ(effect_of("plain_icp.yaml"),
+              to_yaml(with_overrides(Settings{}, tools::comparison_variants().front().overrides)));
+}
+
+TEST(Settings, ThesisIsPlainIcpWithAPrior) {
+    EXPECT_EQ(to_yaml(load_settings(kConfigs / "thesis.yaml", {})),
+              to_yaml(load_settings(kConfigs / "plain_icp.yaml",
+                                    {"odometry.prior=wheel", "graph.enabled=true"})));
+}
+
+TEST(Settings, SeededVariantsKeepTheUsersValues) {
+    const auto variants = tools::comparison_variants();
+    ASSERT_EQ(variants.size(), 3U);
+    const Settings mine =
+        load_settings({}, {"odometry.prior=constant_velocity", "log.range_max=20"});
+    const Settings seeded = with_overrides(mine, variants[1].overrides);
+    EXPECT_EQ(seeded.slam.odometry.prior.kind, PriorKind::kConstantVelocity);
+    EXPECT_FALSE(seeded.slam.graph.enabled);
+    EXPECT_DOUBLE_EQ(seeded.log.range_max, 20.0);
+    const Settings full = with_overrides(mine, variants[2].overrides);
+    EXPECT_TRUE(full.slam.graph.enabled);
+    EXPECT_DOUBLE_EQ(with_overrides(mine, variants[0].overrides).log.range_max, 20.0);
+}
+
+TEST(Settings, OverridesBeatTheFile) {
+    const TempFolder folder;
+    const auto file =
+        folder.write("mine.yaml", "icp: {max_iterations: 9}\nmap: {resolution: 0.1}\n");
+    const Settings settings = load_settings(file, {"icp.max_iterations=11"});
+    EXPECT_EQ(settings.slam.odometry.icp.max_iterations, 11);
+    EXPECT_DOUBLE_EQ(settings.map.resolution, 0.1);
+}
+
+TEST(Settings, ValuesOutOfRangeAreRefused) {
+    EXPECT_THAT(error_of([] { load_settings({}, {"map.resolution=0"}); }),
+                ::testing::HasSubstr("map.resolution"));
+    EXPECT_THAT(error_of([] { load_settings({}, {"log.range_max=nan"}); }),
+                ::testing::HasSubstr("log.range_max"));
+}
+
+}  // namespace
+}  // namespace hybrid_slam::test

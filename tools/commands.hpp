@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace hybrid_slam::tools {
+
+enum ExitCode : int { kOk = 0, kFailure = 1, kUsage = 2, kInterrupted = 3 };
+
+/// What the command line asked for; returns the exit code.
+using Action = std::function<int()>;
+
+/// Each adds its subcommand, which puts what is to be done into `action` when it is chosen.
+void add_map_command(CLI::App& program, Action& action);
+void add_compare_command(CLI::App& program, Action& action);
+void add_evaluate_command(CLI::App& program, Action& action);
+void add_optimize_command(CLI::App& program, Action& action);
+void add_simulate_command(CLI::App& program, Action& action);
+
+/// Options that all subcommands have.
+struct CommonOptions {
+    bool quiet = false;
+    bool json = false;
+};
+void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// --set key=value, as often as one likes.
+void add_set_option(CLI::App& command, std::vector<std::string>& overrides,
+                    const std::string& example);
+
+}  // namespace hybrid_slam::tools

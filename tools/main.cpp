@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "commands.hpp"
+#include "messages.hpp"
+
+namespace {
+
+using namespace hybrid_slam::tools;
+
+constexpr auto kFooter = R"(Examples:
+  hybrid-slam map intel.clf.gz --out intel_map
+  hybrid-slam compare intel.clf.gz --relations intel.relations
+  hybrid-slam evaluate intel_map/trajectory.tum --relations intel.relations
+  hybrid-slam optimize M3500.g2o --out M3500_opt.g2o
+  hybrid-slam simulate config/worlds/hall.yaml --out hall.clf --seed 1
+'hybrid-slam COMMAND --help' tells the options of a command.
+
+Results go to standard output, messages and the progress bar to standard error.
+Exit codes: 0 done, 1 bad input or another failure, 2 wrong usage,
+            3 interrupted by Ctrl-C or SIGTERM, with everything up to there saved.
+)";
+
+void describe_program(CLI::App& program, Action& action) {
+    program.name("hybrid-slam");
+    program.set_version_flag("--version", "hybrid-slam " HYBRID_SLAM_VERSION, "Print the version");
+    program.set_help_flag("-h,--help", "Print this help");
+    program.get_formatter()->column_width(34);
+    program.footer(kFooter);
+    program.require_subcommand(1);
+    add_map_command(program, action);
+    add_compare_command(program, action);
+    add_evaluate_command(program, action);
+    add_optimize_command(program, action);
+    add_simulate_command(program, action);
+}
+
+int usage_error(const CLI::App& program, const CLI::ParseError& error) {
+    std::string command = "hybrid-slam";
+    for (const CLI::App* chosen : program.get_subcommands()) {
+        command += " " + chosen->get_name();
+    }
+    print_error(std::string(error.what()) + " (see '" + command + " --help')");
+    return kUsage;
+}
+
+int run(int argc, const char* const* argv) {
+    CLI::App program(
+        "Makes maps from 2D lidar logs: ICP seeded by a motion prior, refined by a pose graph.");
+    Action action;
+    describe_program(program, action);
+    try {
+        program.parse(argc, argv);
+    } catch (const CLI::Success& success) {  // --help or --version
+        return program.exit(success);
+    } catch (const CLI::ParseError& error) {
+        return usage_error(program, error);
+    }
+    const int code = action();
+    if (std::fflush(stdout) != 0) {
+        print_error("standard output: cannot be written");
+        return kFailure;
+    }
+    return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::bad_alloc&) {
+        print_error("out of memory");
+    } catch (const std::exception& error) {
+        print_error(error.what());
+    }
+    return kFailure;
+}

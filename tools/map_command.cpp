@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "drawings.hpp"
+#include "hybrid_slam/backend/map_folder.hpp"
+#include "interrupt.hpp"
+#include "messages.hpp"
+#include "session.hpp"
+#include "summary.hpp"
+
+namespace hybrid_slam::tools {
+namespace {
+
+struct MapOptions {
+    CommonOptions common;
+    std::filesystem::path log;
+    std::filesystem::path out;
+    std::filesystem::path config;
+    Overrides overrides;
+};
+
+constexpr auto kFooter = R"(Files of the map folder:
+  map.yaml, map.pgm  occupancy grid as map_server has it      map.png    the same with the way driven
+  trajectory.tum     pose of the robot at every scan          graph.png  graph before and after
+  odometry.tum       the same without the graph               graph.g2o  pose graph
+  keyframes.bin, points.ply, config.yaml (effective configuration), summary.json, manifest.json
+Examples:
+  hybrid-slam map intel.clf.gz --out intel_map
+  hybrid-slam map hall.clf --out hall_map --config config/thesis.yaml --set icp.max_iterations=50
+  hybrid-slam map hall.clf --out hall_map --json | jq .closures.by_verdict
+Ctrl-C or SIGTERM saves the map of the scans so far (exit code 3); a second one aborts.
+)";
+
+std::string session_line(const Session& session) {
+    return fmt::format("{}, {:.0f} m in {}; {}, {}{}", counted(session.scans, "scan"), session.path,
+                       duration_text(session.recorded),
+                       counted(session.map.keyframes.size(), "keyframe"),
+                       counted(session.closures_with(ClosureVerdict::kAccepted), "loop closure"),
+                       session.interrupted ? "; interrupted" : "");
+}
+
+void draw_map(const std::filesystem::path& folder, const Session& session) {
+    const StateGrid grid = read_map_server(folder / "map.yaml");
+    draw(MapPicture{"Map of " + session.log.filename().string(), session_line(session), grid,
+                    session.map.trajectory})
+        .write_png(folder / "map.png");
+}
+
+void draw_graph(const std::filesystem::path& folder, const Session& session) {
+    GraphPicture picture;
+    picture.title = "Pose graph of " + session.log.filename().string();
+    picture.before_caption = "before: chain of the odometry";
+    picture.after_caption =
+        fmt::format("after: refined with closures, chi2 {:.1f}", session.refinement.final_chi2);
+    for (const Keyframe& keyframe : session.map.keyframes) {
+        picture.before.push_back(keyframe.local_from_robot);
+    }
+    picture.after = session.map.graph.nodes;
+    for (std::size_t i = 1; i < picture.after.size(); ++i) {
+        picture.odometry.emplace_back(i - 1, i);
+    }
+    add_closures(picture, session.map.closures);
+    draw(picture).write_png(folder / "graph.png");
+}
+
+/// Writes all files but the manifest, and returns the summary.
+nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Session& session,
+                                   const Settings& settings) {
+    OutputTimings timings;
+    const Stopwatch map_clock;
+    write_map(folder, session.map, settings.map);
+    write_text(folder / "config.yaml", to_yaml(settings));
+    timings.write_map = map_clock.seconds();
+    const Stopwatch picture_clock;
+    draw_map(folder, session);
+    draw_graph(folder, session);
+    timings.draw_pictures = picture_clock.seconds();
+    nlohmann::ordered_json summary = summary_of(session, timings);
+    write_text(
+        folder / "summary.json",
+        summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    return summary;
+}
+
+int run_map(const MapOptions& options) {
+    const Settings settings = load_settings(options.config, options.overrides);
+    catch_interrupts();
+    MapFolderWriter writer(options.out);
+    const Session session =
+        run_session(options.log, settings, options.common.quiet, options.log.filename().string());
+    if (const auto warnings = warnings_of(session.input); !warnings.empty()) {
+        print_info(fmt::format("{}: {}", options.log.string(), fmt::join(warnings, "; ")));
+    }
+    if (session.interrupted) {
+        print_warning("interrupted; saving the map of the scans so far");
+    }
+    const nlohmann::ordered_json summary = write_files(writer.path(), session, settings);
+    writer.commit();
+    if (options.common.json) {
+        print_json(summary);
+    } else {
+        print_result(summary_text(session) + "\nmap        " + options.out.string());
+    }
+    return session.interrupted ? kInterrupted : kOk;
+}
+
+}  // namespace
+
+void add_map_command(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<MapOptions>();
+    CLI::App* command = program.add_subcommand("map", "Make a map from a log");
+    command->add_option("LOG", options->log, "CARMEN log, plain or .gz")->required()->type_name("");
+    command->add_option("-o,--out", options->out, "Folder of the map; a map in it is replaced")
+        ->required()
+        ->type_name("DIR");
+    command
+        ->add_option("-c,--config", options->config,
+                     "Configuration (YAML); config/default.yaml has all keys")
+        ->type_name("FILE");
+    add_set_option(*command, options->overrides, "icp.max_iterations=50");
+    command->add_flag_callback(
+        "--no-graph", [options] { options->overrides.emplace_back("graph.enabled=false"); },
+        "Odometry alone, the same as --set graph.enabled=false");
+    add_common_options(*command, options->common);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run_map(*options); }; });
+}
+
+}  // namespace hybrid_slam::tools

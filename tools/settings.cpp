@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "settings.hpp"
+
+namespace hybrid_slam::tools {
+namespace {
+
+void describe_log(ConfigSchema& schema, CarmenLogConfig& log) {
+    schema.add("range_min", log.range_min, 0.0, 10.0, "m, smaller readings are no return");
+    schema.add("range_max", log.range_max, 0.1, 1000.0,
+               "m, readings of this and more are no return");
+    schema.add("use_odom_lines", log.use_odom_lines,
+               "use ODOM lines besides the poses in the laser lines");
+}
+
+void describe_map(ConfigSchema& schema, OccupancyGridConfig& map) {
+    schema.add("resolution", map.resolution, 0.005, 1.0, "m, size of a cell");
+    schema.add("probability_hit", map.probability_hit, 0.501, 0.999,
+               "of being occupied, for a cell in which a beam ends");
+    schema.add("probability_miss", map.probability_miss, 0.001, 0.499,
+               "of being occupied, for a cell that a beam passes");
+    schema.add("probability_min", map.probability_min, 0.001, 0.499,
+               "lower limit, so that a cell can change");
+    schema.add("probability_max", map.probability_max, 0.501, 0.999,
+               "upper limit, so that a cell can change");
+    schema.add("max_ray", map.max_ray, 0.1, 1000.0, "m, longer beams free the way up to here");
+}
+
+}  // namespace
+
+void describe(ConfigSchema& schema, Settings& settings) {
+    {
+        const ConfigSchema::Section section(schema, "log");
+        describe_log(schema, settings.log);
+    }
+    describe(schema, settings.slam);
+    const ConfigSchema::Section section(schema, "map");
+    describe_map(schema, settings.map);
+}
+
+Settings load_settings(const std::filesystem::path& file_or_empty, const Overrides& overrides) {
+    Settings settings;
+    ConfigSchema schema;
+    describe(schema, settings);
+    if (!file_or_empty.empty()) {
+        schema.load(file_or_empty);
+    }
+    for (const std::string& assignment : overrides) {
+        schema.override_with(assignment);
+    }
+    return settings;
+}
+
+Settings with_overrides(Settings settings, const Overrides& overrides) {
+    ConfigSchema schema;
+    describe(schema, settings);
+    for (const std::string& assignment : overrides) {
+        schema.override_with(assignment);
+    }
+    return settings;
+}
+
+std::string to_yaml(Settings settings) {
+    ConfigSchema schema;
+    describe(schema, settings);
+    return schema.to_yaml();
+}
+
+std::vector<Variant> comparison_variants() {
+    return {
+        {"plain ICP",
+         {"odometry.prior=none", "odometry.reference=previous_scan", "icp.metric=point_to_point",
+          "icp.kernel=none", "odometry.doubtful_overlap=0", "graph.enabled=false"}},
+        {"seeded ICP", {"graph.enabled=false"}},
+        {"seeded ICP + graph", {"graph.enabled=true"}},
+    };
+}
+
+}  // namespace hybrid_slam::tools
