@@ -117,9 +117,9 @@ class Search {
 
     SearchResult run() {
         start();
-        while (!open_.empty()) {
+        while (!open_.empty() && !result_.exhausted) {
             const Node node = open_.top();
-            if (static_cast<double>(node.sum) < wanted_sum()) {
+            if (static_cast<double>(node.sum) < wanted_now()) {
                 break;
             }
             open_.pop();
@@ -133,12 +133,11 @@ class Search {
                 continue;
             }
             branch(node);
-            if (result_.nodes > limits_.max_nodes) {
-                result_.exhausted = true;
-                result_.found = false;
+            if (gave_up()) {
                 break;
             }
         }
+        result_.found = result_.found && !result_.exhausted;
         return result_;
     }
 
@@ -156,6 +155,11 @@ class Search {
         return rotated;
     }
 
+    bool gave_up() {
+        result_.exhausted = result_.nodes > limits_.max_nodes;
+        return result_.exhausted;
+    }
+
     void start() {
         const int level = pyramid_.levels() - 1;
         const int stride = 1 << level;
@@ -163,6 +167,9 @@ class Search {
             for (int y = -reach_; y <= reach_; y += stride) {
                 for (int x = -reach_; x <= reach_; x += stride) {
                     push(level, rotation, x, y);
+                }
+                if (gave_up()) {
+                    return;
                 }
             }
         }
@@ -185,15 +192,21 @@ class Search {
         for (const Cell& cell : rotations_[static_cast<std::size_t>(rotation)].cells) {
             node.sum += pyramid_.at(level, cell.x + x, cell.y + y);
         }
-        if (static_cast<double>(node.sum) >= wanted_sum()) {
+        if (static_cast<double>(node.sum) >= wanted_later()) {
             open_.push(node);
         }
     }
 
-    double wanted_sum() const {
-        const double ratio =
-            result_.found ? limits_.runner_up_ratio * result_.score : limits_.min_score;
-        return ratio * full_sum_;
+    // What the next pose must reach to be of interest: the best, and then its runner-up.
+    double wanted_now() const {
+        return full_sum_ *
+               (result_.found ? limits_.runner_up_ratio * result_.score : limits_.min_score);
+    }
+
+    // What is kept in the queue: a runner-up may score less than the least that the best must.
+    double wanted_later() const {
+        return full_sum_ * limits_.runner_up_ratio *
+               (result_.found ? result_.score : std::min(limits_.min_score, 1.0));
     }
 
     Pose2d pose_of(const Node& node) const {

@@ -8,6 +8,7 @@
 #include <deque>
 #include <utility>
 
+#include "hybrid_slam/core/uncertainty.hpp"
 #include "hybrid_slam/odometry/local_map.hpp"
 
 namespace hybrid_slam {
@@ -71,8 +72,9 @@ std::string_view to_string(ClosureVerdict verdict) {
 LoopCloser::LoopCloser(const LoopClosingConfig& config, const IcpConfig& icp)
     : config_(config), icp_(icp) {
     icp_.metric = IcpMetric::kPointToLine;
-    icp_.max_distance = 0.6;
-    icp_.gate_factor = 4.0;
+    icp_.max_distance = config.icp_max_distance;
+    icp_.gate_factor = config.icp_gate_factor;
+    icp_.min_distance = std::min(icp_.min_distance, icp_.max_distance);
 }
 
 std::vector<Closure> LoopCloser::search(const Keyframes& keyframes, const PoseGraph& graph) {
@@ -184,7 +186,9 @@ Closure LoopCloser::match(const Keyframes& keyframes, const PoseGraph& graph, st
     SearchLimits limits;
     limits.min_score = config_.min_score;
     limits.runner_up_ratio = config_.runner_up_ratio;
-    limits.max_nodes = config_.max_nodes;
+    limits.runner_up_distance = config_.runner_up_distance;
+    limits.runner_up_angle = config_.runner_up_angle;
+    limits.max_nodes = static_cast<std::size_t>(config_.max_nodes);
     const SearchResult best =
         branch_and_bound(pyramid, one_per_cell(query, config_.resolution), window, limits);
     closure.score = best.score;
@@ -207,7 +211,7 @@ Closure LoopCloser::match(const Keyframes& keyframes, const PoseGraph& graph, st
 void LoopCloser::refine(const Surface& query, const Surface& surface, const Pose2d& guess,
                         Closure& closure) const {
     const Reference reference(surface);
-    const IcpResult icp = align(query, reference, {guess}, icp_);
+    const IcpResult icp = align(query, reference, IcpGuess(guess), icp_);
     closure.verdict = ClosureVerdict::kIcpFailed;
     if (!icp.usable() ||
         !within(between(guess, icp.reference_from_points), kMaxIcpShift, kMaxIcpTurn)) {
@@ -230,9 +234,7 @@ void LoopCloser::refine(const Surface& query, const Surface& surface, const Pose
 void LoopCloser::judge(const PoseGraph& graph, const Eigen::Matrix3d& uncertainty,
                        Closure& closure) const {
     const Pose2d believed = between(graph.nodes[closure.from], graph.nodes[closure.to]);
-    const Eigen::Vector3d error(closure.from_from_to.x() - believed.x(),
-                                closure.from_from_to.y() - believed.y(),
-                                normalize_angle(closure.from_from_to.heading - believed.heading));
+    const Eigen::Vector3d error = difference(closure.from_from_to, believed);
     const Eigen::Matrix3d covariance =
         uncertainty + turned(closure.information.inverse(), closure.from_from_to.rotation());
     closure.chi2 = error.dot(covariance.ldlt().solve(error));
@@ -249,7 +251,9 @@ void LoopCloser::judge(const PoseGraph& graph, const Eigen::Matrix3d& uncertaint
 
 bool LoopCloser::supports(const Keyframes& keyframes, const PoseGraph& graph, const Closure& a,
                           const Closure& b) const {
-    if (a.to == b.to ||
+    // Queries that share keyframes would repeat each other's mistake.
+    const std::size_t apart = a.to > b.to ? a.to - b.to : b.to - a.to;
+    if (apart < static_cast<std::size_t>(config_.query_keyframes) ||
         std::abs(keyframes[a.to].path - keyframes[b.to].path) > config_.support_path) {
         return false;
     }
@@ -308,6 +312,15 @@ void describe(ConfigSchema& schema, LoopClosingConfig& config) {
     schema.add("min_score", config.min_score, 0.0, 1.0, "mean likelihood that a place needs");
     schema.add("runner_up_ratio", config.runner_up_ratio, 0.1, 1.0,
                "another place this good makes it ambiguous");
+    schema.add("runner_up_distance", config.runner_up_distance, 0.01, 100.0,
+               "m from the best place, or");
+    schema.add("runner_up_angle", config.runner_up_angle, 0.01, kPi,
+               "rad from it, to be another place");
+    schema.add("max_nodes", config.max_nodes, 1000, 1000000000, "effort of one search");
+    schema.add("icp_max_distance", config.icp_max_distance, 0.01, 10.0,
+               "m, in place of icp.max_distance");
+    schema.add("icp_gate_factor", config.icp_gate_factor, 1.0, 1000.0,
+               "in place of icp.gate_factor");
     schema.add("min_overlap", config.min_overlap, 0.0, 1.0, "share of explained points needed");
     schema.add("closure_gate", config.closure_gate, 0.01, 1.0, "m, within it a point is explained");
     schema.add("max_chi2", config.max_chi2, 0.1, 1e6, "against the graph, 3 degrees of freedom");

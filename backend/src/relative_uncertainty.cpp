@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/LU>
+#include <algorithm>
+#include <functional>
 #include <limits>
 #include <queue>
 #include <tuple>
+#include <vector>
 
 #include "hybrid_slam/backend/loop_closing.hpp"
+#include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
 
@@ -16,18 +20,6 @@ struct Step {
     Pose2d from_from_to;
     Eigen::Matrix3d covariance;  // of (x, y, heading) of from_from_to
 };
-
-Eigen::Matrix3d inverse_covariance(const Pose2d& a_from_b, const Eigen::Matrix3d& covariance) {
-    // d(inverse) / d(x, y, heading): translation of the inverse is -R^T t.
-    const Eigen::Matrix2d turn_back = a_from_b.rotation().transpose();
-    const Eigen::Vector2d back = turn_back * a_from_b.translation;
-    Eigen::Matrix3d jacobian = Eigen::Matrix3d::Zero();
-    jacobian.topLeftCorner<2, 2>() = -turn_back;
-    jacobian(0, 2) = -back.y();
-    jacobian(1, 2) = back.x();
-    jacobian(2, 2) = -1.0;
-    return jacobian * covariance * jacobian.transpose();
-}
 
 std::vector<std::vector<Step>> steps_of(const PoseGraph& graph) {
     std::vector<std::vector<Step>> steps(graph.nodes.size());
@@ -44,11 +36,8 @@ std::vector<std::vector<Step>> steps_of(const PoseGraph& graph) {
 // Covariance of root_from_w after a step from v: heading errors swing the arm of the step.
 Eigen::Matrix3d advanced(const Eigen::Matrix3d& covariance_v, double heading_v, const Step& step) {
     const Eigen::Matrix2d rotation = Pose2d(0.0, 0.0, heading_v).rotation();
-    const Eigen::Vector2d arm = rotation * step.from_from_to.translation;
-    Eigen::Matrix3d swing = Eigen::Matrix3d::Identity();
-    swing(0, 2) = -arm.y();
-    swing(1, 2) = arm.x();
-    return swing * covariance_v * swing.transpose() + turned(step.covariance, rotation);
+    return swung(covariance_v, rotation * step.from_from_to.translation) +
+           turned(step.covariance, rotation);
 }
 
 }  // namespace

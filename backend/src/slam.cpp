@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "hybrid_slam/core/uncertainty.hpp"
+
 namespace hybrid_slam {
 
 namespace {
@@ -45,6 +47,7 @@ struct Slam::State {
     std::vector<Closure> close_loops(SlamTimings& timings, bool& optimized);
     OptimizeSummary optimize_graph(int max_iterations);
     void record(const Closure& closure);
+    bool throw_out_outliers();
 
     SlamConfig config;
     Odometry odometry;
@@ -59,7 +62,12 @@ struct Slam::State {
     double path = 0.0;
 };
 
-Slam::Slam(const SlamConfig& config) : state_(std::make_unique<State>(config)) {}
+Slam::Slam(const SlamConfig& config) {
+    SlamConfig checked = config;
+    ConfigSchema schema;
+    describe(schema, checked);  // throws for values out of their ranges
+    state_ = std::make_unique<State>(checked);
+}
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
@@ -170,30 +178,35 @@ OptimizeSummary Slam::refine() {
         return {};
     }
     OptimizeSummary summary = s.optimize_graph(100);
+    const double initial_chi2 = summary.initial_chi2;
+    while (s.throw_out_outliers()) {
+        summary = s.optimize_graph(100);
+    }
+    summary.initial_chi2 = initial_chi2;
+    return summary;
+}
+
+// True when there were any.
+bool Slam::State::throw_out_outliers() {
     const auto is_outlier = [&](const Edge& edge) {
         return edge.kind == EdgeKind::kClosure &&
-               chi2(edge, s.graph.nodes[edge.from], s.graph.nodes[edge.to]) >
-                   s.config.graph.outlier_chi2;
+               chi2(edge, graph.nodes[edge.from], graph.nodes[edge.to]) > config.graph.outlier_chi2;
     };
-    bool thrown_out = false;
-    for (const Edge& edge : s.graph.edges) {
+    for (const Edge& edge : graph.edges) {
         if (!is_outlier(edge)) {
             continue;
         }
-        thrown_out = true;
-        for (Closure& closure : s.closures) {
+        for (Closure& closure : closures) {
             if (closure.from == edge.from && closure.to == edge.to &&
                 closure.verdict == ClosureVerdict::kAccepted) {
                 closure.verdict = ClosureVerdict::kOutlier;
             }
         }
     }
-    if (thrown_out) {
-        auto& edges = s.graph.edges;
-        edges.erase(std::remove_if(edges.begin(), edges.end(), is_outlier), edges.end());
-        summary = s.optimize_graph(100);
-    }
-    return summary;
+    const std::size_t edges = graph.edges.size();
+    graph.edges.erase(std::remove_if(graph.edges.begin(), graph.edges.end(), is_outlier),
+                      graph.edges.end());
+    return graph.edges.size() < edges;
 }
 
 SlamMap Slam::map() const {

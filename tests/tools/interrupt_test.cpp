@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
 #include <gmock/gmock.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <fstream>
+#include <thread>
 
 #include "hybrid_slam/backend/map_folder.hpp"
 #include "running.hpp"
@@ -15,104 +15,126 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A log of which the program gets as much as the test wants, through a pipe with a name.
-class FedLog {
-  public:
-    explicit FedLog(const TempFolder& folder) : folder_(folder), pipe_(folder / "fed.clf") {
-        write_room(folder);
-        run_well(folder, "simulate room.yaml --out room.clf --set scan_rate=20 --quiet");
-        log_ = bytes_of(folder / "room.clf");
-        EXPECT_GT(log_.size(), std::size_t{600000});  // more than readers take at once
-        EXPECT_EQ(mkfifo(pipe_.c_str(), 0600), 0);
+/// The room driven around so often that no run comes to the end before a signal does.
+std::size_t write_long_log(const TempFolder& folder) {
+    constexpr std::size_t kTimes = 150;
+    simulate_room(folder);
+    const std::string once = bytes_of(folder / "room.clf");
+    std::ofstream stream(folder / "long.clf", std::ios::binary);
+    for (std::size_t i = 0; i < kTimes; ++i) {
+        stream << once;
     }
+    return kTimes * read_tum(folder / "room.truth.tum").size();
+}
 
-    void start_program(const std::string& arguments) {
-        child_ = fork();
-        if (child_ == 0) {
+/// The program as a child process.
+class Child {
+  public:
+    Child(const TempFolder& folder, const std::string& arguments) : pid_(fork()) {
+        if (pid_ == 0) {
             const std::string command =
                 "exec '" HYBRID_SLAM_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
-            if (chdir(folder_.path().c_str()) == 0) {
+            if (chdir(folder.path().c_str()) == 0) {
                 execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
             }
             _exit(127);
         }
-        stream_.open(pipe_, std::ios::binary);  // waits until the program reads
     }
 
-    void feed(std::size_t end) {
-        stream_.write(log_.data() + fed_, static_cast<std::streamsize>(end - fed_));
-        stream_.flush();
-        fed_ = end;
+    /// Until it catches SIGINT, as proc(5) tells, and a little longer.
+    void wait_until_it_catches_signals() const {
+        const std::string status_file = "/proc/" + std::to_string(pid_) + "/status";
+        for (int i = 0; i < 2000; ++i) {
+            std::ifstream status(status_file);
+            std::string word;
+            while (status >> word && word != "SigCgt:") {
+            }
+            unsigned long caught = 0;
+            status >> std::hex >> caught;
+            if (((caught >> (SIGINT - 1)) & 1U) == 1U) {
+                break;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
     }
 
-    void send(int signal) const { kill(child_, signal); }
+    void send(int signal) const { kill(pid_, signal); }
 
     /// The status as waitpid has it.
-    int wait() {
-        stream_.close();
+    int wait() const {
         int status = 0;
-        waitpid(child_, &status, 0);
+        waitpid(pid_, &status, 0);
         return status;
     }
 
-    std::size_t size() const { return log_.size(); }
-
   private:
-    const TempFolder& folder_;
-    std::filesystem::path pipe_;
-    std::string log_;
-    std::ofstream stream_;
-    pid_t child_ = -1;
-    std::size_t fed_ = 0;
+    pid_t pid_;
 };
 
 class Interrupt : public ::testing::TestWithParam<int> {};
 
 TEST_P(Interrupt, SavesTheMapOfTheScansSoFar) {
     const TempFolder folder;
-    FedLog log(folder);
-    log.start_program("map fed.clf --out room");
-    log.feed(log.size() - 70000);
-    log.send(GetParam());
-    log.feed(log.size());
-    const int status = log.wait();
+    const std::size_t whole = write_long_log(folder);
+    const Child child(folder, "map long.clf --out room");
+    child.wait_until_it_catches_signals();
+    child.send(GetParam());
+    const int status = child.wait();
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 3) << bytes_of(folder / "stderr.txt");
     EXPECT_THAT(bytes_of(folder / "stderr.txt"), HasSubstr("interrupted"));
     const Json summary = Json::parse(bytes_of(folder / "room/summary.json"));
     EXPECT_EQ(summary["interrupted"], true);
-    const std::size_t whole = read_tum(folder / "room.truth.tum").size();
     const StoredMap map = read_map(folder / "room");
     EXPECT_EQ(map.trajectory.size(), summary["scans"].get<std::size_t>());
     EXPECT_GT(map.trajectory.size(), 0U);
     EXPECT_LT(map.trajectory.size(), whole);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Interrupt, ::testing::Values(SIGINT, SIGTERM));
+INSTANTIATE_TEST_SUITE_P(Signals, Interrupt, ::testing::Values(SIGINT, SIGTERM));
 
 TEST(InterruptTwice, AbortsAtOnce) {
     const TempFolder folder;
-    FedLog log(folder);
-    log.start_program("map fed.clf --out room");
-    // Blocked in the middle of the log, it cannot see the first signal.
-    log.feed(1000);
-    log.send(SIGINT);
-    // Signals of one kind that wait are one; another kind is the second for sure.
-    log.send(SIGTERM);
-    const int status = log.wait();
-    ASSERT_TRUE(WIFSIGNALED(status)) << bytes_of(folder / "stderr.txt");
+    write_long_log(folder);
+    const Child child(folder, "map long.clf --out room");
+    child.wait_until_it_catches_signals();
+    // Two of a kind could arrive as one.
+    child.send(SIGINT);
+    child.send(SIGTERM);
+    const int status = child.wait();
+    EXPECT_TRUE(WIFSIGNALED(status)) << bytes_of(folder / "stderr.txt");
     EXPECT_FALSE(std::filesystem::exists(folder / "room"));
 }
 
 TEST(InterruptCompare, SaysSoAndWritesNoPartOfATable) {
     const TempFolder folder;
-    FedLog log(folder);
-    log.start_program("compare fed.clf --truth room.truth.tum --out there");
-    log.feed(log.size() - 70000);
-    log.send(SIGINT);
-    log.feed(log.size());
-    EXPECT_EQ(WEXITSTATUS(log.wait()), 3);
+    write_long_log(folder);
+    const Child child(folder, "compare long.clf --truth room.truth.tum --out there");
+    child.wait_until_it_catches_signals();
+    child.send(SIGINT);
+    EXPECT_EQ(WEXITSTATUS(child.wait()), 3);
+    EXPECT_THAT(bytes_of(folder / "stderr.txt"), HasSubstr("interrupted"));
     EXPECT_FALSE(std::filesystem::exists(folder / "there/compare.json"));
+}
+
+TEST(InterruptSimulate, LogAndTruthEndTogether) {
+    const TempFolder folder;
+    write_room(folder);
+    const Child child(folder,
+                      "simulate room.yaml --out long.clf --set speed=0.01 --set scan_rate=1000");
+    child.wait_until_it_catches_signals();
+    child.send(SIGTERM);
+    EXPECT_EQ(WEXITSTATUS(child.wait()), 3);
+    const Trajectory truth = read_tum(folder / "long.truth.tum");
+    const std::string log = bytes_of(folder / "long.clf");
+    std::size_t scans = 0;
+    for (std::size_t at = log.find("FLASER "); at != std::string::npos;
+         at = log.find("\nFLASER ", at + 1)) {
+        ++scans;
+    }
+    EXPECT_EQ(scans, truth.size());
+    EXPECT_EQ(log.back(), '\n');
 }
 
 }  // namespace

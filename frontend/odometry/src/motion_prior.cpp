@@ -117,7 +117,8 @@ void describe(ConfigSchema& schema, MotionPriorConfig& config) {
     schema.add("velocity_rotation_floor", config.velocity_rotation_floor, 1e-4, 3.2, "rad");
     schema.add("velocity_rotation_ratio", config.velocity_rotation_ratio, 0.0, 10.0,
                "share of the angle turned");
-    schema.add("max_gap", config.max_gap, 0.01, 60.0, "s, older velocities say nothing");
+    schema.add("max_gap", config.max_gap, 0.01, 60.0,
+               "s, between two scans; a longer one forgets the velocity");
 }
 
 }  // namespace hybrid_slam

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "hybrid_slam/core/uncertainty.hpp"
+
 namespace hybrid_slam {
 
 namespace {
@@ -24,7 +26,7 @@ Eigen::Matrix3d diagonal(double translation, double rotation) {
 
 // Which of two alignments explains the scan better: overlap first, where it differs visibly.
 bool better(const IcpResult& a, const IcpResult& b) {
-    if (a.usable() != b.usable()) {
+    if (!a.usable() || !b.usable()) {
         return a.usable();
     }
     return a.overlap > b.overlap + 0.02 || (a.overlap > b.overlap - 0.02 && a.rms < b.rms);
@@ -63,7 +65,8 @@ OdometryResult Odometry::register_frame(const Frame& frame) {
         locate(frame, prior, result);
     }
     result.keyframe = !local_from_robot_ || is_keyframe(result.local_from_robot);
-    if (result.keyframe || config_.reference == ReferenceKind::kPreviousScan) {
+    if (result.keyframe || !local_map_.reference() ||
+        config_.reference == ReferenceKind::kPreviousScan) {
         const bool all = config_.icp.metric == IcpMetric::kPointToPoint;
         local_map_.insert(
             transform(result.local_from_robot, all ? result.surface : oriented(result.surface)));
@@ -73,7 +76,7 @@ OdometryResult Odometry::register_frame(const Frame& frame) {
     }
     predictor_.update(frame, result.before_from_now);
     local_from_robot_ = result.local_from_robot;
-    covariance_ = result.covariance;
+    covariance_ = result.keyframe ? Eigen::Matrix3d::Zero() : result.covariance;
     stamp_ = frame.scan.stamp;
     return result;
 }
@@ -93,23 +96,44 @@ void Odometry::locate(const Frame& frame, MotionPrior prior, OdometryResult& res
             }
         }
     }
-    const Eigen::Matrix3d information = turned(prior.information, local_from_robot_->rotation());
     result.prior_used = prior.used;
     if (result.icp.usable()) {
         result.status = OdometryStatus::kAligned;
         result.local_from_robot = result.icp.reference_from_points;
-        result.covariance = (result.icp.information + information).inverse();
-        if (result.icp.overlap < config_.doubtful_overlap) {
-            result.covariance += diagonal(kDoubtfulTranslation, kDoubtfulRotation);
-        }
     } else {
         result.status = OdometryStatus::kPriorOnly;
         result.local_from_robot = *local_from_robot_ * prior.before_from_now;
-        result.covariance =
-            covariance_ + (information.isZero(0.0) ? diagonal(kUnknownTranslation, kUnknownRotation)
-                                                   : Eigen::Matrix3d(information.inverse()));
     }
     result.before_from_now = between(*local_from_robot_, result.local_from_robot);
+    result.covariance =
+        covariance_of(result, turned(prior.information, local_from_robot_->rotation()));
+}
+
+Eigen::Matrix3d Odometry::covariance_of(const OdometryResult& result,
+                                        const Eigen::Matrix3d& prior_information) const {
+    const Eigen::Matrix3d before =
+        swung(covariance_, result.local_from_robot.translation - local_from_robot_->translation);
+    const Eigen::Matrix3d step = prior_information.isZero(0.0)
+                                     ? diagonal(kUnknownTranslation, kUnknownRotation)
+                                     : Eigen::Matrix3d(prior_information.inverse());
+    if (!result.icp.usable()) {
+        return before + step;
+    }
+    const Eigen::Matrix3d doubt = result.icp.overlap < config_.doubtful_overlap
+                                      ? diagonal(kDoubtfulTranslation, kDoubtfulRotation)
+                                      : Eigen::Matrix3d::Zero();
+    // The closed form of point to point never looks at the prior.
+    const bool weighed = config_.icp.metric == IcpMetric::kPointToLine;
+    const auto posterior = [&](const Eigen::Matrix3d& prior) -> Eigen::Matrix3d {
+        const Eigen::Matrix3d information =
+            weighed ? Eigen::Matrix3d(result.icp.information + prior.inverse())
+                    : result.icp.information;
+        return information.inverse() + doubt;
+    };
+    // A local map holds the last keyframe: what ICP says is against that. Scan to scan, errors add
+    // up.
+    return config_.reference == ReferenceKind::kLocalMap ? posterior(before + step)
+                                                         : before + posterior(step);
 }
 
 IcpResult Odometry::align_from(const Surface& surface, const MotionPrior& prior) const {
@@ -123,9 +147,7 @@ bool Odometry::is_doubtful(const IcpResult& icp, const MotionPrior& prior) const
         return true;
     }
     const Pose2d found = between(*local_from_robot_, icp.reference_from_points);
-    const Eigen::Vector3d error(found.x() - prior.before_from_now.x(),
-                                found.y() - prior.before_from_now.y(),
-                                normalize_angle(found.heading - prior.before_from_now.heading));
+    const Eigen::Vector3d error = difference(found, prior.before_from_now);
     return error.dot(prior.information * error) > config_.doubtful_chi2;
 }
 

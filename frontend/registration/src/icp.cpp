@@ -8,6 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include "hybrid_slam/core/uncertainty.hpp"
+
 namespace hybrid_slam {
 
 namespace {
@@ -188,10 +190,6 @@ NormalEquations linearize(const Matches& matches, const Pose2d& pose, IcpMetric 
     return equations;
 }
 
-Eigen::Vector3d difference(const Pose2d& a, const Pose2d& b) {
-    return {a.x() - b.x(), a.y() - b.y(), normalize_angle(a.heading - b.heading)};
-}
-
 Pose2d moved(const Pose2d& pose, const Eigen::Vector3d& step) {
     return {pose.x() + step.x(), pose.y() + step.y(), normalize_angle(pose.heading + step.z())};
 }
@@ -280,7 +278,6 @@ IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess&
     result.status = IcpStatus::kMaxIterations;
     Pairing pairing(scan, reference, config);
     Pose2d pose = guess.reference_from_points;
-    NormalEquations equations;
     for (; result.iterations < config.max_iterations; ++result.iterations) {
         const Matches matches{scan, reference.surface(), pairing.update(pose)};
         result.pairs = matches.pairs.size();
@@ -290,11 +287,11 @@ IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess&
         }
         const Kernel kernel{config.kernel, std::max(config.kernel_scale,
                                                     config.kernel_gate_ratio * pairing.gate())};
-        equations = linearize(matches, pose, config.metric, kernel);
         Eigen::Vector3d step;
         if (config.metric == IcpMetric::kPointToPoint) {
             step = closed_form_step(matches, pose, kernel);
-        } else if (!gauss_newton_step(equations, guess, config, pose, step)) {
+        } else if (!gauss_newton_step(linearize(matches, pose, config.metric, kernel), guess,
+                                      config, pose, step)) {
             result.status = IcpStatus::kDegenerate;
             break;
         }
@@ -307,10 +304,13 @@ IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess&
             break;
         }
     }
-    result.overlap = pairing.share_within(config.min_distance);
-    describe_certainty(equations, config, result);
     if (result.usable()) {
         result.reference_from_points = pose;
+        const Matches matches{scan, reference.surface(), pairing.update(pose)};
+        const Kernel kernel{config.kernel, config.kernel_scale};
+        describe_certainty(linearize(matches, pose, config.metric, kernel), config, result);
+        result.pairs = matches.pairs.size();
+        result.overlap = pairing.share_within(config.min_distance);
     }
     return result;
 }

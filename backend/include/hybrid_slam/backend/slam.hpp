@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "hybrid_slam/backend/keyframe.hpp"
@@ -44,12 +42,12 @@ struct SlamTimings {
 struct SlamResult {
     double stamp = 0.0;  ///< of the scan
     Pose2d map_from_robot;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< against the local map: m2, rad2
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< against the last keyframe: m2, rad2
     OdometryStatus status = OdometryStatus::kFirst;
     PriorKind prior_used = PriorKind::kNone;
     IcpResult icp;
     bool keyframe = false;
-    std::vector<Closure> closures;  ///< all that were tried in this frame
+    std::vector<Closure> closures;  ///< tried in this frame, and earlier ones that these released
     bool optimized = false;
     SlamTimings timings;
 };
@@ -66,7 +64,7 @@ struct SlamMap {
 /// The pipeline from frames to a map. Single threaded and deterministic.
 class Slam {
   public:
-    /// Throws Error for values that make no sense together.
+    /// Throws Error that names the key for a value out of its range.
     explicit Slam(const SlamConfig& config);
     ~Slam();
     Slam(Slam&&) noexcept;

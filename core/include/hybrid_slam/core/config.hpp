@@ -28,8 +28,9 @@ class ConfigSchema {
     /// An enumeration by names, in the file's spelling.
     template <typename Enum>
     void add(std::string_view key, Enum& value,
-             std::vector<std::pair<std::string_view, Enum>> names, std::string_view help) {
+             const std::vector<std::pair<std::string_view, Enum>>& names, std::string_view help) {
         std::vector<std::pair<std::string, int>> numbers;
+        numbers.reserve(names.size());
         for (const auto& [name, number] : names) {
             numbers.emplace_back(name, static_cast<int>(number));
         }

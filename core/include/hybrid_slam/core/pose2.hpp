@@ -132,14 +132,6 @@ Pose2<Scalar> between(const Pose2<Scalar>& from, const Pose2<Scalar>& to) {
             normalize_angle(Scalar(to.heading - from.heading))};
 }
 
-/// A covariance or information matrix of (x, y, heading), its axes turned by `rotation`: from the
-/// axes of b to those of a for the rotation of a_from_b.
-inline Eigen::Matrix3d turned(const Eigen::Matrix3d& matrix, const Eigen::Matrix2d& rotation) {
-    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-    turn.topLeftCorner<2, 2>() = rotation;
-    return turn * matrix * turn.transpose();
-}
-
 /// Geodesic-like blend used for stamps between two poses: ratio 0 gives `from`, 1 gives `to`.
 inline Pose2d interpolate(const Pose2d& from, const Pose2d& to, double ratio) {
     return from * Pose2d::exp(ratio * between(from, to).log());

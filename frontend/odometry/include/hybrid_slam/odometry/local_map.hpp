@@ -12,7 +12,7 @@ namespace hybrid_slam {
 
 struct LocalMapConfig {
     int scans = 15;            ///< the newest so many are the map
-    double resolution = 0.05;  ///< metres; points in one cell are averaged
+    double resolution = 0.05;  ///< metres; points of several scans in one cell are averaged
 };
 
 void describe(ConfigSchema& schema, LocalMapConfig& config);

@@ -28,7 +28,7 @@ struct MotionPriorConfig {
     double velocity_translation_ratio = 1.0;
     double velocity_rotation_floor = 0.05;  ///< radians
     double velocity_rotation_ratio = 1.0;
-    double max_gap = 1.0;  ///< seconds; a velocity older than this says nothing
+    double max_gap = 1.0;  ///< seconds between two scans; a longer one forgets the velocity
 };
 
 void describe(ConfigSchema& schema, MotionPriorConfig& config);

@@ -48,8 +48,8 @@ struct OdometryResult {
     Pose2d before_from_now;  ///< motion since the frame before
     PriorKind prior_used = PriorKind::kNone;
     IcpResult icp;
-    /// Of (x, y, heading) of local_from_robot against the local map, by ICP and prior together;
-    /// grows with every frame that only the prior carries.
+    /// Of (x, y, heading) of local_from_robot against the last keyframe, in the axes of local, by
+    /// ICP and prior together; grows with every frame that only the prior carries.
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     bool keyframe = false;  ///< moved far enough since the last keyframe
     Surface surface;        ///< of this scan, in the robot's frame
@@ -64,6 +64,8 @@ class Odometry {
 
   private:
     void locate(const Frame& frame, MotionPrior prior, OdometryResult& result) const;
+    Eigen::Matrix3d covariance_of(const OdometryResult& result,
+                                  const Eigen::Matrix3d& prior_information) const;
     IcpResult align_from(const Surface& surface, const MotionPrior& prior) const;
     bool is_doubtful(const IcpResult& icp, const MotionPrior& prior) const;
     bool is_keyframe(const Pose2d& local_from_robot) const;

@@ -47,8 +47,8 @@ struct IcpResult {
     Pose2d reference_from_points;  ///< the guess when ICP failed
     IcpStatus status = IcpStatus::kTooFewPairs;
     int iterations = 0;
-    std::size_t pairs = 0;  ///< in the last iteration
-    double overlap = 0.0;   ///< share of the points with a partner within min_distance
+    std::size_t pairs = 0;  ///< at the result
+    double overlap = 0.0;   ///< share of the points with a pair within min_distance; 0 when failed
     double rms = 0.0;       ///< metres, of the residuals of the metric
     /// Of (x, y, heading) of reference_from_points, from the normal equations at the solution
     /// without the prior: 1/m2, 1/m, 1/rad2.
@@ -67,12 +67,19 @@ struct IcpResult {
 /// A guess with how far it is to be trusted: the information of (x, y, heading) of the guess. Zero
 /// means a start and nothing more.
 struct IcpGuess {
+    IcpGuess() = default;
+    IcpGuess(const Pose2d& pose, const Eigen::Matrix3d& information_in = Eigen::Matrix3d::Zero())
+        : reference_from_points(pose), information(information_in) {}
+
     Pose2d reference_from_points;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
 };
 
 /// Iterative closest point: moves `scan` onto `reference` from `guess`. Never throws on data: too
-/// few points or a degenerate scene are a status.
+/// few points or a degenerate scene are a status. The closed form of kPointToPoint has no place for
+/// the guess's information and starts from the guess alone. For kPointToLine give a reference of
+/// oriented points: lone points of a far wall, paired point to point, would claim to know the way
+/// along it.
 IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess& guess,
                 const IcpConfig& config = {});
 
