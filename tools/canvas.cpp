@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/text_file.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -197,13 +198,15 @@ void Canvas::grid(const StateGrid& grid, const Pixel& corner, double pixels_per_
 }
 
 void Canvas::write_png(const std::filesystem::path& file) const {
+    const std::filesystem::path place =
+        replaceable_file(file);  // libpng removes what it cannot write
     png_image image{};
     image.version = PNG_IMAGE_VERSION;
     image.width = static_cast<png_uint_32>(width());
     image.height = static_cast<png_uint_32>(height());
     image.format = PNG_FORMAT_BGR;
     const auto row_stride = static_cast<png_int_32>(state_->picture.step[0]);
-    if (png_image_write_to_file(&image, file.c_str(), 0, state_->picture.data, row_stride,
+    if (png_image_write_to_file(&image, place.c_str(), 0, state_->picture.data, row_stride,
                                 nullptr) == 0) {
         throw Error(file.string() + ": " + image.message);
     }

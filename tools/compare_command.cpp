@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -41,6 +42,7 @@ Examples:
 /// What is kept of a run; its keyframes are not.
 struct Result {
     Variant variant;
+    Settings settings;  ///< the effective ones
     Session session;
     Evaluation evaluation;
     Points points;
@@ -59,6 +61,7 @@ Result run_variant(const CompareOptions& options, const Settings& base, const Va
     reset_peak_memory();
     Result result;
     result.variant = variant;
+    result.settings = settings;
     result.session = run_session(options.log, settings, options.common.quiet, variant.name);
     result.peak_mb = peak_memory_mb();
     SlamMap& map = result.session.map;
@@ -196,13 +199,14 @@ nlohmann::ordered_json to_json(const CompareOptions& options, const Yardstick& y
     return json;
 }
 
+/// "seeded ICP + graph" as "seeded_icp_graph".
 std::string file_name(const std::string& variant) {
     std::string name;
     for (const char letter : variant) {
-        if (letter == ' ') {
-            name += '_';
-        } else if (letter != '+') {
+        if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
             name += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+        } else if (!name.empty() && name.back() != '_') {
+            name += '_';
         }
     }
     return name;
@@ -234,24 +238,27 @@ std::filesystem::path make_folder(const CompareOptions& options) {
 
 int run_compare(const CompareOptions& options) {
     const Yardstick yardstick(options.yardstick);
+    const std::filesystem::path folder = make_folder(options);
     catch_interrupts();
     const Comparison comparison = run_all(options, yardstick);
+    if (comparison.results.empty()) {
+        print_warning("interrupted before the first run was complete: nothing to compare");
+        return kInterrupted;
+    }
     if (comparison.interrupted) {
         print_warning("interrupted; the runs that were complete are compared");
     }
-    if (comparison.results.empty()) {
-        return kInterrupted;
-    }
-    const std::filesystem::path folder = make_folder(options);
     const std::string title = options.log.filename().string() + " against " + yardstick.name();
     const std::string table = table_text(comparison);
     const nlohmann::ordered_json json = to_json(options, yardstick, comparison);
     draw_picture(folder / "compare.png", title, comparison);
     write_text(folder / "compare.txt", title + "\n" + table + "\n");
-    write_text(folder / "compare.json", json.dump(2) + "\n");
+    write_text(folder / "compare.json",
+               json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
     for (const Result& result : comparison.results) {
         write_tum(folder / (file_name(result.variant.name) + ".tum"),
                   result.session.map.trajectory);
+        write_text(folder / (file_name(result.variant.name) + ".yaml"), to_yaml(result.settings));
     }
     if (options.common.json) {
         print_json(json);

@@ -202,9 +202,10 @@ void add_edges(GraphPicture& picture, const PoseGraph& graph) {
 Canvas draw_comparison(const std::string& title, const std::string& subtitle,
                        const std::vector<VariantPicture>& variants) {
     Bounds bounds = inner_bounds_of(variants.back().points);
-    const Bounds most = bounds.with_margin(0.35);
+    const Bounds most = bounds.with_margin(0.25);
     for (const VariantPicture& variant : variants) {
         Bounds own = bounds_of(positions_of(variant.trajectory));
+        own.include(inner_bounds_of(variant.points));
         own.lower = own.lower.cwiseMax(most.lower);
         own.upper = own.upper.cwiseMin(most.upper);
         bounds.include(own);

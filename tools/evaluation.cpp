@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "hybrid_slam/core/error.hpp"
 #include "messages.hpp"
 #include "table.hpp"
 
@@ -109,8 +110,15 @@ Evaluation Yardstick::measure(const Trajectory& trajectory) const {
     Evaluation evaluation;
     if (truth_.empty()) {
         evaluation.relations = relations_error(trajectory, relations_);
+        if (evaluation.relations->used == 0) {
+            throw Error(name_ + ": none of its relations has poses at both stamps");
+        }
     } else {
-        evaluation.truth = truth_error(trajectory, truth_);
+        try {
+            evaluation.truth = truth_error(trajectory, truth_);
+        } catch (const Error& error) {
+            throw Error(name_ + ": " + error.what());
+        }
     }
     return evaluation;
 }

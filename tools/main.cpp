@@ -46,15 +46,26 @@ int usage_error(const CLI::App& program, const CLI::ParseError& error) {
     return kUsage;
 }
 
+// CLI11 lets --help win over a command that it does not know.
+bool is_unknown_command(const CLI::App& program, const std::string& word) {
+    const auto named = [&](const CLI::App* command) { return command->get_name() == word; };
+    return word.rfind('-', 0) != 0 && program.get_subcommands(named).empty();
+}
+
 int run(int argc, const char* const* argv) {
     CLI::App program(
         "Makes maps from 2D lidar logs: ICP seeded by a motion prior, refined by a pose graph.");
     Action action;
     describe_program(program, action);
+    if (argc > 1 && is_unknown_command(program, argv[1])) {
+        print_error(std::string("no command '") + argv[1] + "' (see 'hybrid-slam --help')");
+        return kUsage;
+    }
     try {
         program.parse(argc, argv);
     } catch (const CLI::Success& success) {  // --help or --version
-        return program.exit(success);
+        const int code = program.exit(success);
+        return std::fflush(stdout) == 0 ? code : kFailure;
     } catch (const CLI::ParseError& error) {
         return usage_error(program, error);
     }

@@ -131,10 +131,12 @@ void add_optimize_command(CLI::App& program, Action& action) {
                 {"huber", RobustKernel::kHuber},
                 {"cauchy", RobustKernel::kCauchy}},
                "none, huber or cauchy, on edges between ids that are not neighbours");
-    command->add_option("--kernel-scale", options->solver.kernel_scale,
-                        "Width of the kernel in sigmas (1)");
-    command->add_option("--max-iterations", options->solver.max_iterations,
-                        "At most so many (100)");
+    command
+        ->add_option("--kernel-scale", options->solver.kernel_scale,
+                     "Width of the kernel in sigmas (1)")
+        ->check(CLI::Range(1e-6, 1e6).description(""));
+    command->add_option("--max-iterations", options->solver.max_iterations, "At most so many (100)")
+        ->check(CLI::Range(0, 1000000).description(""));
     add_choice(*command, "--start", options->solver.start,
                {{"chordal", LinearStart::kChordal}, {"none", LinearStart::kNone}},
                "chordal (a linear solution, the default) or none (as in the file)");

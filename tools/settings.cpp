@@ -25,6 +25,16 @@ void describe_map(ConfigSchema& schema, OccupancyGridConfig& map) {
     schema.add("max_ray", map.max_ray, 0.1, 1000.0, "m, longer beams free the way up to here");
 }
 
+// What one key's range cannot say. Before a session rather than after it.
+void check(const Settings& settings) {
+    const Slam slam(settings.slam);
+    GridGeometry geometry;
+    geometry.width = 1;
+    geometry.height = 1;
+    geometry.resolution = settings.map.resolution;
+    const OccupancyGrid grid(geometry, settings.map);
+}
+
 }  // namespace
 
 void describe(ConfigSchema& schema, Settings& settings) {
@@ -47,6 +57,7 @@ Settings load_settings(const std::filesystem::path& file_or_empty, const Overrid
     for (const std::string& assignment : overrides) {
         schema.override_with(assignment);
     }
+    check(settings);
     return settings;
 }
 

@@ -29,6 +29,7 @@ constexpr std::size_t kKeyframeBytes = 8 * sizeof(double) + sizeof(std::uint32_t
 constexpr std::size_t kPointBytes = 4 * sizeof(float);  // with its normal
 constexpr std::size_t kMostBytes = std::size_t{1} << 32U;
 constexpr double kMargin = 0.5;  ///< metres of unknown around what was seen
+constexpr double kMostCells = 1 << 25;
 
 static_assert(std::numeric_limits<float>::is_iec559 && std::numeric_limits<double>::is_iec559);
 
@@ -307,8 +308,14 @@ Keyframes read_keyframes(const std::filesystem::path& file) {
 OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
                         const OccupancyGridConfig& config) {
     const Bounds bounds = bounds_of(keyframes, graph);
-    OccupancyGrid grid(GridGeometry::around(bounds.lower, bounds.upper, config.resolution, kMargin),
-                       config);
+    OccupancyGridConfig affordable = config;
+    const Point2 extent = bounds.upper - bounds.lower + Point2::Constant(2.0 * kMargin);
+    while (extent.x() * extent.y() > kMostCells * affordable.resolution * affordable.resolution) {
+        affordable.resolution *= 2.0;
+    }
+    OccupancyGrid grid(
+        GridGeometry::around(bounds.lower, bounds.upper, affordable.resolution, kMargin),
+        affordable);
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
         const Pose2d& map_from_robot = graph.nodes[i];
         grid.insert(map_from_robot * keyframes[i].robot_from_laser.translation,

@@ -118,6 +118,19 @@ bool is_map_folder(const fs::path& folder) {
            !parse_manifest(read_whole_file(place, kMostManifest)).is_null();
 }
 
+// A map is replaced whole: what somebody else keeps beside it, the log perhaps, would be lost.
+void expect_nothing_foreign(const fs::path& folder) {
+    const json manifest = parse_manifest(read_whole_file(folder / kManifestName, kMostManifest));
+    const json files = manifest.value("files", json::object());
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+        const std::string name = entry.path().lexically_relative(folder).generic_string();
+        if (!entry.is_directory() && name != kManifestName && !files.contains(name)) {
+            throw Error(folder.string() + ": holds '" + name +
+                        "' which is not of the map, so it is not replaced");
+        }
+    }
+}
+
 void expect_replaceable(const fs::path& folder) {
     if (!fs::exists(folder)) {
         return;
@@ -125,7 +138,11 @@ void expect_replaceable(const fs::path& folder) {
     if (!fs::is_directory(folder)) {
         throw Error(folder.string() + ": is a file; a map needs a folder");
     }
-    if (!fs::is_empty(folder) && !is_map_folder(folder)) {
+    if (is_map_folder(folder)) {
+        expect_nothing_foreign(folder);
+        return;
+    }
+    if (!fs::is_empty(folder)) {
         throw Error(folder.string() + ": is not empty and not a map, so it is not replaced");
     }
 }

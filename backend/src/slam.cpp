@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
@@ -66,6 +67,14 @@ Slam::Slam(const SlamConfig& config) {
     SlamConfig checked = config;
     ConfigSchema schema;
     describe(schema, checked);  // throws for values out of their ranges
+    const IcpConfig& icp = checked.odometry.icp;
+    if (icp.min_distance > icp.max_distance) {
+        throw Error("icp.min_distance: must not exceed icp.max_distance");
+    }
+    if (icp.trim < icp.min_overlap) {
+        throw Error(
+            "icp.trim: must not be less than icp.min_overlap, or no alignment ever succeeds");
+    }
     state_ = std::make_unique<State>(checked);
 }
 Slam::~Slam() = default;
@@ -257,7 +266,7 @@ void describe(ConfigSchema& schema, SlamConfig& config) {
                 {"cauchy", RobustKernel::kCauchy}},
                "robust kernel on closures");
     schema.add("kernel_scale", config.graph.kernel_scale, 0.01, 100.0, "sigmas");
-    schema.add("outlier_chi2", config.graph.outlier_chi2, 1.0, 1e9,
+    schema.add("outlier_chi2", config.graph.outlier_chi2, 1e-12, 1e9,
                "closures that end beyond this are thrown out");
 }
 

@@ -166,12 +166,25 @@ std::string TextFileReader::where() const {
     return state_->file.string() + ":" + std::to_string(state_->line_number);
 }
 
+std::filesystem::path replaceable_file(const std::filesystem::path& file) {
+    std::error_code ignored;
+    std::filesystem::path target = std::filesystem::weakly_canonical(file, ignored);
+    if (ignored || target.empty()) {
+        target = file;
+    }
+    if (std::filesystem::is_directory(target)) {
+        throw file_error(file, EISDIR);
+    }
+    if (std::filesystem::exists(target) && !std::filesystem::is_regular_file(target)) {
+        throw Error(file.string() + ": is no regular file, and is not replaced by one");
+    }
+    return target;
+}
+
 struct TextFileWriter::State {
-    explicit State(const std::filesystem::path& file_in) : file(file_in), part(file_in) {
+    explicit State(const std::filesystem::path& file_in) : file(replaceable_file(file_in)) {
+        part = file;
         part += ".part";
-        if (std::filesystem::is_directory(file)) {
-            throw file_error(file, EISDIR);
-        }
         // "T" makes zlib write plain text through the same calls.
         errno = 0;
         handle = gzopen(part.c_str(), file.extension() == ".gz" ? "wb" : "wbT");

@@ -79,6 +79,7 @@ TEST(MapFolder, AFlippedBitInTheManifestIsFoundOrChangesNothing) {
 TEST(MapFolder, AManifestThatDoesNotFitIsRefused) {
     const TempFolder folder;
     const auto error_after = [&](auto&& change) {
+        fs::remove_all(folder / "hall");
         store(folder / "hall", room(10));
         edit_manifest(folder / "hall", change);
         return error_of([&] { read_map(folder / "hall"); });

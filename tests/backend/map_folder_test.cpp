@@ -152,6 +152,15 @@ TEST(MapFolder, ReplacesTheOldMapWhole) {
     EXPECT_THAT(std::vector<fs::path>(fs::directory_iterator(folder.path()), {}), SizeIs(2));
 }
 
+TEST(MapFolder, IsNotReplacedWhenSomebodyKeepsAFileInIt) {
+    const TempFolder folder;
+    store(folder / "hall", room(10));
+    overwrite(folder / "hall" / "drive.clf", "the only copy of a log");
+    EXPECT_THAT(error_of([&] { const MapFolderWriter writer(folder / "hall"); }),
+                HasSubstr("drive.clf"));
+    EXPECT_TRUE(fs::exists(folder / "hall" / "drive.clf"));
+}
+
 TEST(MapFolder, WhatACrashLeavesIsClearedByTheNextWriter) {
     const TempFolder folder;
     store(folder / "hall", room(10));

@@ -48,11 +48,10 @@ TEST(Compare, LastVariantIsWhatMapMakes) {
     simulate_room(folder);
     run_well(folder, "compare room.clf --truth room.truth.tum --out there");
     run_well(folder, "map room.clf --out room");
-    EXPECT_EQ(bytes_of(folder / "there/seeded_icp_graph.tum"),
-              bytes_of(folder / "room/trajectory.tum"));
+    EXPECT_TRUE(same_bytes(folder / "there/seeded_icp_graph.tum", folder / "room/trajectory.tum"));
     run_well(folder,
              "map room.clf --out room --config '" HYBRID_SLAM_SOURCE_DIR "/config/plain_icp.yaml'");
-    EXPECT_EQ(bytes_of(folder / "there/plain_icp.tum"), bytes_of(folder / "room/trajectory.tum"));
+    EXPECT_TRUE(same_bytes(folder / "there/plain_icp.tum", folder / "room/trajectory.tum"));
 }
 
 TEST(Compare, LogWithoutOdometryHasNoSuchColumn) {

@@ -62,4 +62,10 @@ inline void simulate_room(const TempFolder& folder) {
     run_well(folder, "simulate room.yaml --out room.clf --quiet");
 }
 
+/// Compares without printing both when they differ.
+inline bool same_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
+    const std::string bytes = bytes_of(a);
+    return !bytes.empty() && bytes == bytes_of(b);
+}
+
 }  // namespace hybrid_slam::test

@@ -64,7 +64,9 @@ OdometryResult Odometry::register_frame(const Frame& frame) {
     if (local_from_robot_) {
         locate(frame, prior, result);
     }
-    result.keyframe = !local_from_robot_ || is_keyframe(result.local_from_robot);
+    // What saw nothing is no place to come back to; the edge across it grows uncertain instead.
+    result.keyframe =
+        !local_from_robot_ || (result.surface.size() > 0 && is_keyframe(result.local_from_robot));
     if (result.keyframe || !local_map_.reference() ||
         config_.reference == ReferenceKind::kPreviousScan) {
         const bool all = config_.icp.metric == IcpMetric::kPointToPoint;

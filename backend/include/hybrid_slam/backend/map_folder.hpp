@@ -31,7 +31,7 @@ class MapFolderWriter {
     const std::filesystem::path& path() const { return staging_; }
 
     /// Brings the manifest up to date (size and CRC-32 of every file), waits for the disk, and puts
-    /// the folder into its place; a map that was there is replaced with all that lay beside it.
+    /// the folder into its place; a map that was there is replaced.
     /// Throws Error, and leaves the old map, when that fails or no map was written.
     void commit();
 
@@ -64,8 +64,9 @@ struct StoredMap {
 /// missing or damaged file (by size and CRC-32).
 StoredMap read_map(const std::filesystem::path& folder);
 
-/// The occupancy grid of keyframes at the poses of the graph, by ray casting. Throws Error when
-/// there are none, or another number than of nodes.
+/// The occupancy grid of keyframes at the poses of the graph, by ray casting. One stray pose must
+/// not cost a map: where the area would take more than 2^25 cells, the resolution is doubled until
+/// it does not. Throws Error when there are none, or another number than of nodes.
 OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
                         const OccupancyGridConfig& config = {});
 

@@ -64,7 +64,7 @@ struct SlamMap {
 /// The pipeline from frames to a map. Single threaded and deterministic.
 class Slam {
   public:
-    /// Throws Error that names the key for a value out of its range.
+    /// Throws Error that names the key for a value out of its range or against another.
     explicit Slam(const SlamConfig& config);
     ~Slam();
     Slam(Slam&&) noexcept;

@@ -35,6 +35,10 @@ class TextFileReader {
     std::unique_ptr<State> state_;
 };
 
+/// Where a file of this name is to be put: links are followed. Throws Error for a folder, a device,
+/// a pipe and whatever else must not be replaced by a file.
+std::filesystem::path replaceable_file(const std::filesystem::path& file);
+
 /// Writes a text file, gzip when its name ends in .gz. Appears under its name only when `close`
 /// succeeds (it is written beside and renamed), so that a crash leaves no half file.
 class TextFileWriter {
