@@ -10,7 +10,7 @@
 
 #include "hybrid_slam/core/metrics.hpp"
 
-namespace CLI {
+namespace CLI {  // NOLINT(readability-identifier-naming): not ours
 class App;
 }
 

@@ -15,12 +15,12 @@ namespace hybrid_slam::tools {
 namespace {
 
 spdlog::logger& logger() {
-    static const auto made = [] {
+    static const auto kMade = [] {
         auto fresh = spdlog::stderr_color_mt("hybrid-slam");
         fresh->set_pattern("%n: %^%v%$");
         return fresh;
     }();
-    return *made;
+    return *kMade;
 }
 
 }  // namespace

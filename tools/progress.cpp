@@ -21,6 +21,11 @@ std::string bar(double share) {
     return "[" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "]";
 }
 
+void draw(const std::string& text) {
+    fmt::print(stderr, "\r{}\x1b[K", text);  // ESC [ K clears the rest of the line
+    std::fflush(stderr);
+}
+
 }  // namespace
 
 Progress::Progress(std::string label, bool quiet)
@@ -54,11 +59,6 @@ void Progress::say(const std::string& what) {
     if (visible_ && drawn_at_ > 0.0) {
         draw(label_ + " " + what);
     }
-}
-
-void Progress::draw(const std::string& text) const {
-    fmt::print(stderr, "\r{}\x1b[K", text);  // ESC [ K clears the rest of the line
-    std::fflush(stderr);
 }
 
 }  // namespace hybrid_slam::tools

@@ -22,8 +22,6 @@ class Progress {
     void say(const std::string& what);
 
   private:
-    void draw(const std::string& text) const;
-
     std::string label_;
     bool visible_;
     Stopwatch clock_;

@@ -25,8 +25,8 @@ double translation_sigma(const Eigen::Matrix3d& covariance) {
     return std::sqrt(covariance(0, 0) + covariance(1, 1));
 }
 
-// The search sums over points: one per cell of the pyramid keeps near walls from outvoting far
-// ones.
+// The search sums over points: about one per cell of the pyramid keeps near walls from outvoting
+// far ones.
 Points one_per_cell(const Surface& surface, double resolution) {
     return merge({surface}, resolution).points;
 }
