@@ -10,7 +10,7 @@
 
 #include "hybrid_slam/core/metrics.hpp"
 
-namespace CLI {  // NOLINT(readability-identifier-naming): not ours
+namespace CLI {
 class App;
 }
 

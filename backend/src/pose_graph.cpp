@@ -74,10 +74,8 @@ ceres::Problem::Options problem_options() {
 class CeresGraph {
   public:
     CeresGraph(const PoseGraph& graph, const std::vector<Pose2d>& start, const Gauge& gauge,
-               const ceres::LossFunction* closure_kernel)
+               ceres::LossFunction* kernel)
         : problem_(problem_options()) {
-        // Ceres wants it mutable, and does not change it.
-        auto* kernel = const_cast<ceres::LossFunction*>(closure_kernel);
         states_.reserve(start.size());
         for (const Pose2d& node : start) {
             states_.push_back({node.x(), node.y(), node.heading});

@@ -88,10 +88,11 @@ void Odometry::locate(const Frame& frame, MotionPrior prior, OdometryResult& res
         result.icp = align_from(result.surface, prior);
         if (is_doubtful(result.icp, prior)) {
             // The prior may lie: some odometry never goes backwards or lags, wheels slip, robots
-            // are pushed.
+            // are pushed. But what explains little itself, as when somebody stands before the
+            // scanner, is no witness against it.
             for (const MotionPrior& other : predictor_.alternatives(frame)) {
                 IcpResult icp = align_from(result.surface, other);
-                if (better(icp, result.icp)) {
+                if (icp.overlap >= config_.doubtful_overlap && better(icp, result.icp)) {
                     result.icp = icp;
                     prior = other;
                 }

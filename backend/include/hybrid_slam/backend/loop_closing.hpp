@@ -103,7 +103,7 @@ class LoopCloser {
     Surface reference_around(const Keyframes& keyframes, const PoseGraph& graph, std::size_t from,
                              std::size_t to) const;
     Surface query_up_to(const Keyframes& keyframes, const PoseGraph& graph, std::size_t to) const;
-    void refine(const Surface& query, const Surface& reference, const Pose2d& guess,
+    void refine(const Surface& query, const Surface& surface, const Pose2d& guess,
                 Closure& closure) const;
     void judge(const PoseGraph& graph, const Eigen::Matrix3d& uncertainty, Closure& closure) const;
     bool supports(const Keyframes& keyframes, const PoseGraph& graph, const Closure& a,
