@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <deque>
 #include <memory>
@@ -16,16 +15,11 @@
 #include "edge_cost.hpp"
 #include "gauge.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "linear_start.hpp"
 
 namespace hybrid_slam {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::unique_ptr<ceres::LossFunction> make_kernel(RobustKernel kernel, double scale) {
     switch (kernel) {
@@ -209,19 +203,19 @@ OptimizeSummary optimize(PoseGraph& graph, const OptimizeOptions& options) {
         summary.message = "a node is not finite, or too far away";
         return summary;
     }
-    const auto begin = Clock::now();
+    const Stopwatch starting;
     const Gauge gauge = find_gauge(graph);
     const auto kernel = make_kernel(options.closure_kernel, options.kernel_scale);
     const std::vector<Pose2d> start = start_nodes(graph, gauge, options, kernel.get());
     summary.start_chi2 = cost(graph, start, nullptr);
-    summary.linear_start_seconds = seconds_since(begin);
+    summary.linear_start_seconds = starting.seconds();
 
-    const auto solving = Clock::now();
+    const Stopwatch solving;
     CeresGraph problem(graph, start, gauge, kernel.get());
     const ceres::Solver::Summary solved = problem.solve(options);
     std::vector<Pose2d> nodes = problem.nodes();
     const double final_chi2 = cost(graph, nodes, nullptr);
-    summary.solve_seconds = seconds_since(solving);
+    summary.solve_seconds = solving.seconds();
 
     summary.usable = solved.IsSolutionUsable() && std::isfinite(final_chi2);
     summary.converged = summary.usable && solved.termination_type != ceres::NO_CONVERGENCE;

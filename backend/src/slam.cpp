@@ -3,26 +3,16 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
 
 namespace {
-
-class Stopwatch {
-  public:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Eigen::Matrix3d symmetric_inverse(const Eigen::Matrix3d& matrix) {
     const Eigen::Matrix3d inverse = matrix.inverse();

@@ -2,7 +2,6 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "benchmarks.hpp"
 #include "hybrid_slam/core/frame.hpp"
 #include "hybrid_slam/core/metrics.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/logs/carmen_log.hpp"
 #include "hybrid_slam/odometry/scan_filter.hpp"
 #include "hybrid_slam/registration/icp.hpp"
@@ -106,17 +106,16 @@ PairsScore align_all(const std::vector<ScanPair>& pairs, bool with_odometry) {
     double total = 0.0;
     double ok = 0.0;
     for (const ScanPair& pair : pairs) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch clock;
         const Reference reference(to_surface(pair.from->scan, filter));
         const IcpGuess guess{with_odometry ? pair.odometry : Pose2d()};
         const IcpResult result = align(to_surface(pair.to->scan, filter), reference, guess, icp);
-        const std::chrono::duration<double, std::milli> elapsed =
-            std::chrono::steady_clock::now() - start;
+        const double elapsed_ms = 1e3 * clock.seconds();
         const Pose2d error = between(pair.truth, result.reference_from_points);
         translations.push_back(error.translation.norm());
         rotations.push_back(std::abs(error.heading));
-        milliseconds.push_back(elapsed.count());
-        total += elapsed.count();
+        milliseconds.push_back(elapsed_ms);
+        total += elapsed_ms;
         ok += translations.back() < kOkTranslation && rotations.back() < kOkRotation ? 1.0 : 0.0;
     }
     const auto count = static_cast<double>(pairs.size());
