@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "drivers/log_reading.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "support/temp_folder.hpp"
 
 namespace hybrid_slam::test {
 namespace {
@@ -244,6 +246,13 @@ TEST(CarmenLogBroken, SurvivesFlippedBytes) {
         SCOPED_TRACE(round);
         ASSERT_NO_THROW(expect_survives(folder, bytes));
     }
+}
+
+TEST(CarmenLog, PipeIsRefusedAtOnce) {
+    const TempFolder folder;
+    const std::filesystem::path pipe = folder / "log.clf";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    EXPECT_THAT(error_of(pipe), HasSubstr("log.clf: is a pipe"));
 }
 
 }  // namespace

@@ -280,8 +280,13 @@ Scan CarmenLog::State::make_scan() const {
     return made;
 }
 
-CarmenLog::CarmenLog(const std::filesystem::path& file, const CarmenLogConfig& config)
-    : state_(std::make_unique<State>(file, config)) {}
+CarmenLog::CarmenLog(const std::filesystem::path& file, const CarmenLogConfig& config) {
+    // A log is read twice, first to see which laser it holds: a pipe would wait for ever.
+    if (std::filesystem::is_fifo(file)) {
+        throw Error(file.string() + ": is a pipe; a log is read from a file");
+    }
+    state_ = std::make_unique<State>(file, config);
+}
 
 CarmenLog::~CarmenLog() = default;
 

@@ -168,7 +168,7 @@ void describe(ConfigSchema& schema, OdometryConfig& config) {
                     {"local_map", ReferenceKind::kLocalMap}},
                    "what a scan is aligned to");
         schema.add("doubtful_chi2", config.doubtful_chi2, 0.1, 1e9,
-                   "disagreement with the prior beyond which they are tried too");
+                   "disagreement with the prior beyond which other starts are tried");
         schema.add("prior", config.prior.kind,
                    {{"none", PriorKind::kNone},
                     {"constant_velocity", PriorKind::kConstantVelocity},

@@ -29,7 +29,7 @@ struct OdometryConfig {
     LocalMapConfig local_map;
     KeyframeConfig keyframe;
     double doubtful_overlap = 0.6;  ///< share of matched points below which other starts are tried
-    double doubtful_chi2 = 16.0;    ///< disagreement with the prior beyond which they are tried too
+    double doubtful_chi2 = 16.0;    ///< disagreement with the prior, likewise
 };
 
 void describe(ConfigSchema& schema, OdometryConfig& config);
