@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/pose2.hpp"
 #include "hybrid_slam/core/text_file.hpp"
 
 namespace hybrid_slam {
@@ -31,6 +32,57 @@ bool parse_yaml_double(std::string_view text, double& value) {
         return true;
     }
     return parse_double(text, value);
+}
+
+/// Degrees with as few digits as give the same radians back.
+double tidy_degrees(double angle) {
+    for (const double unit : {1.0, 10.0, 100.0, 1e4, 1e8}) {
+        const double rounded = std::round(degrees(angle) * unit) / unit;
+        if (radians(rounded) == angle) {
+            return rounded;
+        }
+    }
+    return degrees(angle);
+}
+
+/// As YAML: in single quotes, which need no escapes but for themselves.
+std::string quoted(const std::string& text) {
+    std::string result = "'";
+    for (const char letter : text) {
+        result += letter == '\'' ? "''" : std::string(1, letter);
+    }
+    return result + "'";
+}
+
+double number_in_range(std::string_view text, double least, double most) {
+    double number = 0.0;
+    // Put so that NaN fails.
+    if (!parse_yaml_double(text, number) || !(number >= least && number <= most)) {
+        throw Error(fmt::format("must be a number from {} to {}, not '{}'", double_text(least),
+                                double_text(most), text));
+    }
+    return number;
+}
+
+/// The parts of "[a, b]", or of "a, b" without brackets, as an override may spell it.
+std::vector<std::string_view> list_items(std::string_view text) {
+    const auto trimmed = [](std::string_view part) {
+        const std::size_t first = part.find_first_not_of(" \t");
+        const std::size_t last = part.find_last_not_of(" \t");
+        return first == std::string_view::npos ? std::string_view()
+                                               : part.substr(first, last - first + 1);
+    };
+    text = trimmed(text);
+    if (text.size() >= 2 && text.front() == '[' && text.back() == ']') {
+        text = trimmed(text.substr(1, text.size() - 2));
+    }
+    std::vector<std::string_view> items;
+    while (!text.empty()) {
+        const std::size_t comma = text.find(',');
+        items.push_back(trimmed(text.substr(0, comma)));
+        text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+    }
+    return items;
 }
 
 /// Levenshtein's distance: how many letters to insert, remove or replace.
@@ -154,10 +206,27 @@ class Flattener {
             }
             return;
         }
-        if (is_field(key, fields_) && !value.IsScalar()) {
-            fail(fmt::format("key '{}': needs a single value", key));
+        const auto field = std::find_if(fields_.begin(), fields_.end(),
+                                        [&key](const ConfigField& f) { return f.key == key; });
+        const bool is_list = field != fields_.end() && field->is_list;
+        if (field != fields_.end() && (is_list ? !value.IsSequence() : !value.IsScalar())) {
+            fail(fmt::format("key '{}': needs {}", key,
+                             is_list ? "a list like [1, 2]" : "a single value"));
         }
-        entries_.push_back({key, value.IsScalar() ? value.Scalar() : "", line_});
+        entries_.push_back({key, is_list ? list_text(value) : scalar_text(value), line_});
+    }
+
+    static std::string scalar_text(const YAML::Node& value) {
+        return value.IsScalar() ? value.Scalar() : "";
+    }
+
+    /// What list_items takes apart again; an item that is no scalar becomes an empty one.
+    static std::string list_text(const YAML::Node& list) {
+        std::string text = "[";
+        for (const YAML::Node& item : list) {
+            text += (text.size() > 1 ? ", " : "") + scalar_text(item);
+        }
+        return text + "]";
     }
 
     std::string file_;
@@ -201,7 +270,8 @@ void write_section(const std::vector<const ConfigField*>& fields, std::size_t de
         const std::string rest = field->key.substr(prefix.size());
         const std::string name = rest.substr(0, rest.find('.'));
         if (name == rest) {
-            out << indent << name << ": " << field->get() << "  # " << field->help << '\n';
+            const std::string value = field->is_text ? quoted(field->get()) : field->get();
+            out << indent << name << ": " << value << "  # " << field->help << '\n';
             continue;
         }
         if (std::find(written.begin(), written.end(), name) != written.end()) {
@@ -262,15 +332,53 @@ void ConfigSchema::add(std::string_view key, double& value, double least, double
     add_field(
         key, help,
         [&value, least, most](std::string_view text) {
-            double number = 0.0;
-            // Put so that NaN fails.
-            if (!parse_yaml_double(text, number) || !(number >= least && number <= most)) {
-                throw Error(fmt::format("must be a number from {} to {}, not '{}'",
-                                        double_text(least), double_text(most), text));
-            }
-            value = number;
+            value = number_in_range(text, least, most);
         },
         [&value] { return double_text(value); });
+}
+
+void ConfigSchema::add(std::string_view key, std::string& value, std::string_view help) {
+    add_field(
+        key, help,
+        [&value](std::string_view text) {
+            if (text.find_first_of("\r\n") != std::string_view::npos) {
+                throw Error("must be one line");
+            }
+            value = text;
+        },
+        [&value] { return value; });
+    fields_.back().is_text = true;
+}
+
+void ConfigSchema::add(std::string_view key, std::vector<double>& values, double least, double most,
+                       std::string_view help) {
+    add_field(
+        key, help,
+        [&values, least, most](std::string_view text) {
+            std::vector<double> numbers;
+            for (const std::string_view item : list_items(text)) {
+                numbers.push_back(number_in_range(item, least, most));
+            }
+            values = std::move(numbers);
+        },
+        [&values] {
+            std::string text = "[";
+            for (const double number : values) {
+                text += (text.size() > 1 ? ", " : "") + double_text(number);
+            }
+            return text + "]";
+        });
+    fields_.back().is_list = true;
+}
+
+void ConfigSchema::add_degrees(std::string_view key, double& angle, double least_deg,
+                               double most_deg, std::string_view help) {
+    add_field(
+        key, help,
+        [&angle, least_deg, most_deg](std::string_view text) {
+            angle = radians(number_in_range(text, least_deg, most_deg));
+        },
+        [&angle] { return double_text(tidy_degrees(angle)); });
 }
 
 void ConfigSchema::add_enum(std::string_view key,
@@ -303,8 +411,12 @@ void ConfigSchema::add_enum(std::string_view key,
 void ConfigSchema::add_field(std::string_view key, std::string_view help,
                              std::function<void(std::string_view)> set,
                              std::function<std::string()> get) {
-    ConfigField field{prefix_ + std::string(key), std::string(help), std::move(set),
-                      std::move(get)};
+    ConfigField field{prefix_ + std::string(key),
+                      std::string(help),
+                      std::move(set),
+                      std::move(get),
+                      false,
+                      false};
     bool clashes = is_field(field.key, fields_) || is_section(field.key, fields_);
     for (std::size_t dot = field.key.find('.'); dot != std::string::npos;
          dot = field.key.find('.', dot + 1)) {

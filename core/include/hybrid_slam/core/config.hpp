@@ -17,7 +17,9 @@ struct ConfigField {
     std::string key;                            ///< dotted: "icp.max_iterations"
     std::string help;                           ///< one line with the unit
     std::function<void(std::string_view)> set;  ///< throws Error that says what would be accepted
-    std::function<std::string()> get;           ///< the value as YAML text that `set` takes back
+    std::function<std::string()> get;           ///< the value as text that `set` takes back
+    bool is_text = false;                       ///< takes quotes in YAML
+    bool is_list = false;                       ///< a YAML sequence
 };
 
 class ConfigSchema {
@@ -25,6 +27,14 @@ class ConfigSchema {
     void add(std::string_view key, bool& value, std::string_view help);
     void add(std::string_view key, int& value, int least, int most, std::string_view help);
     void add(std::string_view key, double& value, double least, double most, std::string_view help);
+    /// One line of text; written in quotes where YAML needs them.
+    void add(std::string_view key, std::string& value, std::string_view help);
+    /// A list: [1, 2.5], of which each number is in range.
+    void add(std::string_view key, std::vector<double>& values, double least, double most,
+             std::string_view help);
+    /// An angle in radians that is written in degrees; the key ends in _deg.
+    void add_degrees(std::string_view key, double& angle, double least_deg, double most_deg,
+                     std::string_view help);
     /// An enumeration by names, in the file's spelling.
     template <typename Enum>
     void add(std::string_view key, Enum& value,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -8,6 +9,13 @@
 #include "hybrid_slam/core/points.hpp"
 
 namespace hybrid_slam {
+
+/// What a safety scanner says of a single beam besides its range; bits to be or-ed.
+enum BeamFlag : std::uint8_t {
+    kProtectiveField = 1,  ///< the measured value lies inside the protective field
+    kWarningField = 2,     ///< inside the warning field
+    kReflector = 4         ///< a reflector was hit, or the scanner was dazzled
+};
 
 /// One sweep of a planar lidar. Beam i points at angle_min + i * angle_increment in the laser
 /// frame.
@@ -20,12 +28,18 @@ struct Scan {
     double range_max = 0.0;        ///< metres; a reading of this or more is no return
     double time_increment = 0.0;   ///< seconds between beams; 0 = not known, so no deskew
     Pose2d robot_from_laser;
+    std::vector<std::uint8_t> flags;  ///< BeamFlag bits of each beam; empty = the scanner says none
 
     double angle(std::size_t beam) const {
         return angle_min + static_cast<double>(beam) * angle_increment;
     }
     /// False for no-returns, inf and NaN.
     bool is_return(float range) const { return range >= range_min && range < range_max; }
+    /// Whether any beam carries the flag.
+    bool has(BeamFlag flag) const {
+        return std::any_of(flags.begin(), flags.end(),
+                           [flag](std::uint8_t bits) { return (bits & flag) != 0; });
+    }
 };
 
 /// One camera image, rows top to bottom, channels interleaved (1 = gray, 3 = BGR).

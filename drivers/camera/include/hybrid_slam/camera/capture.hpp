@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "hybrid_slam/camera/camera_config.hpp"
+#include "hybrid_slam/camera/image_codec.hpp"
+
+namespace hybrid_slam {
+
+/// One image as the camera gave it.
+struct CameraFrame {
+    double arrival = 0.0;  ///< seconds
+    EncodedImage image;    ///< as it came: the JPEG of a camera that compresses, else PNM
+};
+
+/// Where images come from. Blocking; used from one thread.
+class Capture {
+  public:
+    Capture() = default;
+    Capture(const Capture&) = delete;
+    Capture& operator=(const Capture&) = delete;
+    virtual ~Capture() = default;
+
+    /// Waits for the next image and replaces `image` by it; false when none came within about
+    /// `timeout` seconds (a stall). Throws Error when the device is gone or the files have ended.
+    virtual bool read(EncodedImage& image, double timeout) = 0;
+};
+
+/// Opens what config.device names, through OpenCV: a V4L2 device (asking for config.model's size,
+/// the rate, and MJPEG passed on undecoded), a video file or a folder of images in the order of
+/// their names (both at config.rate). Throws Error with the device's name and the reason.
+std::unique_ptr<Capture> open_capture(const CameraConfig& config);
+
+}  // namespace hybrid_slam

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "hybrid_slam/core/measurements.hpp"
+
+namespace hybrid_slam {
+
+using EncodedImage = std::vector<std::uint8_t>;  ///< JPEG, PNG or PNM, which tell themselves apart
+
+/// `quality` from 1 to 100.
+EncodedImage encode_jpeg(const Image& image, int quality);
+
+/// PGM or PPM: the pixels as they are behind a line of text.
+EncodedImage encode_pnm(const Image& image);
+
+enum class ImageColor { kGray, kBgr };
+
+/// Empty when the bytes are no image. The stamp is left at zero.
+std::optional<Image> decode_image(const EncodedImage& bytes, ImageColor color);
+
+}  // namespace hybrid_slam
