@@ -11,7 +11,6 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -195,13 +194,6 @@ Keyframe read_keyframe(ByteReader& reader) {
     return keyframe;
 }
 
-void expect_keyframe_per_node(const Keyframes& keyframes, const PoseGraph& graph) {
-    if (keyframes.size() != graph.nodes.size()) {
-        throw Error(fmt::format("map: {} keyframes do not go with a graph of {} nodes",
-                                keyframes.size(), graph.nodes.size()));
-    }
-}
-
 struct Bounds {
     void include(const Point2& point) {
         if (point.allFinite()) {
@@ -246,21 +238,14 @@ void write_points(const std::filesystem::path& file, const Points& points) {
     writer.close();
 }
 
-struct CellKey {
-    std::int64_t x;
-    std::int64_t y;
-    bool operator==(const CellKey& other) const { return x == other.x && y == other.y; }
-};
-
-struct CellHash {
-    std::size_t operator()(const CellKey& key) const {
-        constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15U;  // 2^64 / golden ratio
-        const std::uint64_t mixed = static_cast<std::uint64_t>(key.x) * kGolden;
-        return ((mixed ^ (mixed >> 32U)) + static_cast<std::uint64_t>(key.y)) * kGolden;
-    }
-};
-
 }  // namespace
+
+void expect_keyframe_per_node(const Keyframes& keyframes, const PoseGraph& graph) {
+    if (keyframes.size() != graph.nodes.size()) {
+        throw Error(fmt::format("map: {} keyframes do not go with a graph of {} nodes",
+                                keyframes.size(), graph.nodes.size()));
+    }
+}
 
 void write_keyframes(const std::filesystem::path& file, const Keyframes& keyframes) {
     ByteWriter out(file.string());
@@ -322,38 +307,6 @@ OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
                     transform(map_from_robot, keyframes[i].surface.points));
     }
     return grid;
-}
-
-Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution) {
-    expect_keyframe_per_node(keyframes, graph);
-    if (!(resolution > 0.0)) {
-        throw Error(fmt::format("map: points cannot be drawn in cells of {} m", resolution));
-    }
-    constexpr double kFarthest = 1e15;  // well inside of what 64 bits count
-    std::unordered_map<CellKey, std::size_t, CellHash> index_of_cell;
-    Points sums;
-    std::vector<double> counts;
-    for (std::size_t i = 0; i < keyframes.size(); ++i) {
-        for (const Point2& point : transform(graph.nodes[i], keyframes[i].surface.points)) {
-            const Eigen::Array2d cell = (point.array() / resolution).floor();
-            if (!(cell.abs() < kFarthest).all()) {  // NaN is not
-                continue;
-            }
-            const CellKey key{static_cast<std::int64_t>(cell.x()),
-                              static_cast<std::int64_t>(cell.y())};
-            const auto [found, is_new] = index_of_cell.emplace(key, sums.size());
-            if (is_new) {
-                sums.emplace_back(0.0, 0.0);
-                counts.push_back(0.0);
-            }
-            sums[found->second] += point;
-            counts[found->second] += 1.0;
-        }
-    }
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-        sums[i] /= counts[i];
-    }
-    return sums;
 }
 
 void write_map(const std::filesystem::path& folder, const SlamMap& map,

@@ -5,10 +5,14 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "hybrid_slam/backend/keyframe.hpp"
+#include "hybrid_slam/backend/pose_graph.hpp"
 
 namespace hybrid_slam {
 
 inline constexpr const char* kManifestName = "manifest.json";
+
+/// Throws Error when it is not so.
+void expect_keyframe_per_node(const Keyframes& keyframes, const PoseGraph& graph);
 
 /// keyframes.bin; docs/formats.md has its layout. Coordinates of surfaces are rounded to floats.
 /// Writing throws Error for numbers that are not finite or do not fit, reading for all that is not

@@ -80,7 +80,13 @@ std::vector<std::string_view> list_items(std::string_view text) {
     while (!text.empty()) {
         const std::size_t comma = text.find(',');
         items.push_back(trimmed(text.substr(0, comma)));
-        text = comma == std::string_view::npos ? std::string_view() : text.substr(comma + 1);
+        if (comma == std::string_view::npos) {
+            break;
+        }
+        text = text.substr(comma + 1);
+        if (text.empty()) {
+            items.emplace_back();  // a comma with nothing behind it
+        }
     }
     return items;
 }

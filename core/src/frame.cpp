@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace hybrid_slam {
@@ -24,12 +25,17 @@ std::optional<Frame> FrameAssembler::push(Measurement measurement) {
     }
     if (auto* image = std::get_if<Image>(&measurement)) {
         images_.push_back(std::move(*image));
+        if (images_.size() > kMostImages) {
+            images_.pop_front();
+        }
         return std::nullopt;
     }
     Frame frame;
     frame.scan = std::get<Scan>(std::move(measurement));
     frame.odom_from_robot = odometry_at(frame.scan.stamp);
-    frame.images = std::exchange(images_, {});
+    frame.images.assign(std::make_move_iterator(images_.begin()),
+                        std::make_move_iterator(images_.end()));
+    images_.clear();
     return frame;
 }
 

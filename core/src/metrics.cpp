@@ -211,9 +211,11 @@ TruthError truth_error(const Trajectory& estimate, const Trajectory& truth,
         throw Error("truth_error: only " + std::to_string(result.used) + " of " +
                     std::to_string(estimate.size()) + " estimated poses have truth at their stamp");
     }
-    if (options.align) {
+    if (options.alignment == TruthAlignment::kBestFit) {
         result.truth_from_estimate =
             align_points(positions(pairs.truth), positions(pairs.estimate));
+    } else if (options.alignment == TruthAlignment::kFirstPose) {
+        result.truth_from_estimate = pairs.truth.front() * pairs.estimate.front().inverse();
     }
     add_absolute_errors(pairs, result);
     add_relative_errors(pairs, result);

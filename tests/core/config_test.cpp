@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "hybrid_slam/core/pose2.hpp"
 #include "support/error_of.hpp"
 #include "support/temp_folder.hpp"
 
@@ -267,6 +268,74 @@ TEST_F(Config, AKeyIsDeclaredOnce) {
     schema.override_with("icp.kerne=5");
     EXPECT_EQ(value, 5);
     EXPECT_THAT(schema.to_yaml(), Not(HasSubstr("icp.")));
+}
+
+struct Texts : ::testing::Test {
+    Texts() {
+        schema.add("name", name, "of the vehicle");
+        schema.add("sectors", sectors, -180.0, 180.0, "deg");
+        schema.add_degrees("yaw_deg", yaw, -180.0, 180.0, "deg");
+    }
+    std::string load_error(std::string_view yaml) {
+        return error_of([&] { schema.load(folder.write("c.yaml", yaml)); });
+    }
+
+    TempFolder folder;
+    std::string name = "truck";
+    std::vector<double> sectors{1.0, 2.5};
+    double yaw = 0.0;
+    ConfigSchema schema;
+};
+
+TEST_F(Texts, AreReadFromYaml) {
+    schema.load(folder.write("c.yaml", "name: no 7\nsectors: [-10, 20.5, 30]\nyaw_deg: 90\n"));
+    EXPECT_EQ(name, "no 7");
+    EXPECT_EQ(sectors, (std::vector<double>{-10.0, 20.5, 30.0}));
+    EXPECT_DOUBLE_EQ(yaw, kPi / 2.0);
+    schema.load(folder.write("c.yaml", "sectors: []\n"));
+    EXPECT_TRUE(sectors.empty());
+}
+
+TEST_F(Texts, OverridesSpellListsWithOrWithoutBrackets) {
+    schema.override_with("sectors=[3, 4]");
+    EXPECT_EQ(sectors, (std::vector<double>{3.0, 4.0}));
+    schema.override_with("sectors=5,6");
+    EXPECT_EQ(sectors, (std::vector<double>{5.0, 6.0}));
+    schema.override_with("name=tcp://host:10=a");
+    EXPECT_EQ(name, "tcp://host:10=a");
+}
+
+TEST_F(Texts, ComeBackFromYamlWhateverTheyHold) {
+    for (const char* text : {"", "it's: #1 \"x\"", " spaced ", "[a, b]", "~", "true"}) {
+        name = text;
+        sectors = {0.1, -179.99};
+        yaw = -1.2345678901234567;
+        const std::string yaml = schema.to_yaml();
+        name = "other";
+        sectors.clear();
+        yaw = 0.0;
+        schema.load(folder.write("c.yaml", yaml));
+        EXPECT_EQ(name, text);
+        EXPECT_EQ(sectors, (std::vector<double>{0.1, -179.99}));
+        EXPECT_DOUBLE_EQ(yaw, -1.2345678901234567);
+    }
+}
+
+TEST_F(Texts, WholeDegreesAreWrittenAsSuch) {
+    for (int degree = -180; degree <= 180; ++degree) {
+        yaw = radians(degree);
+        EXPECT_THAT(schema.to_yaml(), HasSubstr("yaw_deg: " + std::to_string(degree) + "  #"));
+    }
+}
+
+TEST_F(Texts, WrongOnesAreRefused) {
+    EXPECT_THAT(load_error("sectors: 5\n"), HasSubstr("needs a list like [1, 2]"));
+    EXPECT_THAT(load_error("sectors: [1, two]\n"), HasSubstr("not 'two'"));
+    EXPECT_THAT(load_error("sectors: [1, [2]]\n"), HasSubstr("not ''"));
+    EXPECT_THAT(load_error("sectors: [1, 200]\n"), HasSubstr("from -180 to 180"));
+    EXPECT_THAT(load_error("name: [a]\n"), HasSubstr("needs a single value"));
+    EXPECT_THAT(load_error("name: \"a\\nb\"\n"), HasSubstr("one line"));
+    EXPECT_THAT(load_error("yaw_deg: 181\n"), HasSubstr("from -180 to 180, not '181'"));
 }
 
 }  // namespace

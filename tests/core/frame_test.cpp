@@ -61,6 +61,18 @@ TEST(FrameAssembler, GivesTheImagesSinceTheFrameBefore) {
     EXPECT_EQ(assembler.push(scan_at(5.0))->images.size(), 1U);
 }
 
+TEST(FrameAssembler, KeepsTheNewestImagesWhileNoScanComes) {
+    FrameAssembler assembler;
+    const auto most = FrameAssembler::kMostImages;
+    for (std::size_t i = 0; i < most + 20; ++i) {
+        assembler.push(image_at(static_cast<double>(i)));
+    }
+    const auto frame = assembler.push(scan_at(1e3));
+    ASSERT_EQ(frame->images.size(), most);
+    EXPECT_EQ(frame->images.front().stamp, 20.0);
+    EXPECT_EQ(frame->images.back().stamp, static_cast<double>(most + 19));
+}
+
 TEST(FrameAssembler, WithoutWheelsThereIsNoOdometry) {
     FrameAssembler assembler;
     EXPECT_FALSE(odometry_of(assembler, 1.0).has_value());

@@ -147,7 +147,7 @@ TEST(TruthError, WithoutAlignmentTheOffsetIsTheError) {
         pose.pose.heading = normalize_angle(pose.pose.heading + 0.1);
     }
     TruthOptions options;
-    options.align = false;
+    options.alignment = TruthAlignment::kNone;
     const TruthError error = truth_error(estimate, truth, options);
     EXPECT_NEAR(error.x_rmse, 0.3, 1e-12);
     EXPECT_NEAR(error.y_rmse, 0.4, 1e-12);
@@ -157,12 +157,29 @@ TEST(TruthError, WithoutAlignmentTheOffsetIsTheError) {
     EXPECT_THAT(error.truth_from_estimate, PoseNear(Pose2d(), 0.0, 0.0));
 }
 
+TEST(TruthError, AnchoredAtTheFirstPoseItsHeadingCounts) {
+    const Trajectory truth = winding_drive(10.0);
+    Trajectory estimate;
+    for (const StampedPose& pose : truth) {
+        estimate.push_back({pose.stamp, between(truth.front().pose, pose.pose)});
+    }
+    TruthOptions options;
+    options.alignment = TruthAlignment::kFirstPose;
+    const TruthError exact = truth_error(estimate, truth, options);
+    EXPECT_NEAR(exact.ate_max, 0.0, 1e-12);
+    EXPECT_THAT(exact.truth_from_estimate, PoseNear(truth.front().pose, 1e-12, 1e-12));
+    estimate.front().pose.heading += 0.01;
+    const TruthError turned = truth_error(estimate, truth, options);
+    EXPECT_GT(turned.ate_max, 0.03) << "a best fit would hide it";
+    EXPECT_LT(truth_error(estimate, truth).ate_max, 1e-9);
+}
+
 TEST(TruthError, AgreesWithTheThesisFormulas) {
     const Trajectory truth{{1.0, {0.0, 0.0, kPi}}, {2.0, {1.0, 0.0, 0.0}}, {3.0, {2.0, 0.0, 0.0}}};
     const Trajectory estimate{
         {1.0, {0.1, 0.0, -kPi + 0.3}}, {2.0, {1.0, 0.2, 0.0}}, {3.0, {1.8, 0.1, 0.0}}};
     TruthOptions options;
-    options.align = false;
+    options.alignment = TruthAlignment::kNone;
     const TruthError error = truth_error(estimate, truth, options);
     EXPECT_NEAR(error.x_rmse, std::sqrt((0.01 + 0.0 + 0.04) / 3.0), 1e-12);
     EXPECT_NEAR(error.y_rmse, std::sqrt((0.0 + 0.04 + 0.01) / 3.0), 1e-12);

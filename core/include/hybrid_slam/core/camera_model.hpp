@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "hybrid_slam/core/config.hpp"
+#include "hybrid_slam/core/pose2.hpp"
 
 namespace hybrid_slam {
 
@@ -39,12 +40,12 @@ void describe(ConfigSchema& schema, CameraModel& model);
 
 /// How the camera sits on the robot. With all angles zero it looks straight ahead and level.
 struct CameraMounting {
-    double x = 0.0;      ///< metres, ahead of the robot's origin
-    double y = 0.0;      ///< metres, to the left
-    double z = 1.0;      ///< metres above the floor
-    double yaw = 0.0;    ///< radians, to the left
-    double pitch = 0.0;  ///< radians, downwards
-    double roll = 0.0;   ///< radians, clockwise as the camera looks
+    double x = 1.2;                ///< metres, ahead of the robot's origin
+    double y = 0.0;                ///< metres, to the left
+    double z = 1.0;                ///< metres above the floor
+    double yaw = 0.0;              ///< radians, to the left
+    double pitch = radians(15.0);  ///< radians, downwards
+    double roll = 0.0;             ///< radians, clockwise as the camera looks
 
     Eigen::Isometry3d robot_from_camera() const;
 };

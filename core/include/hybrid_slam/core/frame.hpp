@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -12,7 +13,7 @@ namespace hybrid_slam {
 struct Frame {
     Scan scan;
     std::optional<Pose2d> odom_from_robot;  ///< wheel odometry at the stamp of the scan
-    std::vector<Image> images;              ///< those since the frame before
+    std::vector<Image> images;  ///< those since the frame before, the newest kMostImages
 };
 
 /// Groups a stream of measurements into frames, one for each scan, in the order of the stream
@@ -26,13 +27,15 @@ class FrameAssembler {
     std::optional<Frame> push(Measurement measurement);
 
     static constexpr double kMaxExtrapolation = 0.5;  ///< seconds
+    /// While no scan comes, the newest so many images are kept.
+    static constexpr std::size_t kMostImages = 100;
 
   private:
     std::optional<Pose2d> odometry_at(double stamp) const;
 
     std::optional<WheelOdometry> newest_;
     std::optional<WheelOdometry> before_newest_;
-    std::vector<Image> images_;
+    std::deque<Image> images_;
 };
 
 }  // namespace hybrid_slam

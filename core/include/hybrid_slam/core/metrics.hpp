@@ -42,8 +42,8 @@ struct RelationsError {
 RelationsError relations_error(const Trajectory& trajectory, const std::vector<Relation>& relations,
                                double tolerance = 0.001);
 
-/// Root mean square errors after one SE(2) alignment of the whole estimate to the truth (ATE), pose
-/// by pose along the axes of the truth (thesis equations 4.1 to 4.3), and of the relative motion
+/// Root mean square errors after one rigid alignment of the estimate to the truth (ATE), pose by
+/// pose along the axes of the truth (thesis equations 4.1 to 4.3), and of the relative motion
 /// (RPE).
 struct TruthError {
     std::size_t used = 0;
@@ -60,8 +60,15 @@ struct TruthError {
     std::size_t rpe_pairs = 0;          ///< when 0, the RPE is NaN
 };
 
+/// What the estimate is moved by before it is compared.
+enum class TruthAlignment {
+    kBestFit,    ///< the whole trajectory, by least squares
+    kFirstPose,  ///< onto the first true pose, heading included: as a map that starts there
+    kNone        ///< both are in one frame
+};
+
 struct TruthOptions {
-    bool align = true;     ///< false compares in the frames as they are
+    TruthAlignment alignment = TruthAlignment::kBestFit;
     double max_gap = 0.2;  ///< seconds between neighbouring true poses that may be interpolated
     double rpe_distance =
         1.0;  ///< metres of true path, at least, between the two poses of an RPE pair

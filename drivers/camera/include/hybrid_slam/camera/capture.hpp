@@ -24,13 +24,20 @@ class Capture {
     virtual ~Capture() = default;
 
     /// Waits for the next image and replaces `image` by it; false when none came within about
-    /// `timeout` seconds (a stall). Throws Error when the device is gone or the files have ended.
+    /// `timeout` seconds (a stall), or when the files have ended. Throws Error when the device is
+    /// gone; it has to be opened anew then.
     virtual bool read(EncodedImage& image, double timeout) = 0;
+
+    /// True once files were read to their end: nothing more will come. A device never ends.
+    virtual bool ended() const { return false; }
 };
 
 /// Opens what config.device names, through OpenCV: a V4L2 device (asking for config.model's size,
 /// the rate, and MJPEG passed on undecoded), a video file or a folder of images in the order of
-/// their names (both at config.rate). Throws Error with the device's name and the reason.
+/// their names (both at config.rate). Throws Error with the device's name and the reason. The first
+/// image of a device that sends none keeps read waiting for OpenCV's own 10 s.
+///
+/// Silences OpenCV's log while it opens; a video file silences FFmpeg's for the process.
 std::unique_ptr<Capture> open_capture(const CameraConfig& config);
 
 }  // namespace hybrid_slam

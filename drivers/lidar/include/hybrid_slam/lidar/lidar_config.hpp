@@ -23,7 +23,7 @@ struct LidarConfig {
     std::string port = "/dev/ttyUSB0";
     int baud = 500000;  ///< bits per second, 8N1; over TCP that of the line behind the converter
 
-    double x = 0.0;    ///< metres, of the scanner in the robot's frame
+    double x = 1.3;    ///< metres, of the scanner in the robot's frame
     double y = 0.0;    ///< metres
     double yaw = 0.0;  ///< radians
     bool upside_down = false;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace hybrid_slam {
@@ -40,7 +41,9 @@ struct S300Telegram {
 /// What a decoder met; all of it was survived. bytes = those of telegrams + garbage + pending.
 struct S300StreamCounts {
     std::uint64_t bytes = 0;
-    std::uint64_t telegrams = 0;      ///< intact ones
+    std::uint64_t telegrams = 0;  ///< intact ones
+    /// Checksums compared of which a fit is believed at once; a random one fits once in 65536.
+    std::uint64_t candidates = 0;
     std::uint64_t garbage_bytes = 0;  ///< in no intact telegram
     std::uint64_t bad_checksums = 0;  ///< headers whose telegram fits by none of the size rules
     std::uint64_t bad_contents = 0;   ///< checksum right, but blocks that cannot be taken apart
@@ -49,28 +52,41 @@ struct S300StreamCounts {
 
 /// Finds the intact telegrams in a stream of bytes, however it is cut into pieces. A telegram is
 /// taken when its checksum fits (CRC-16/CCITT over all but its first four bytes) by any of the
-/// three size rules, the one that fitted last being tried first. Every header is followed up on its
-/// own, so that a false one neither hides a telegram inside of it nor delays one behind it.
+/// three size rules. Every header is followed up on its own and by every rule, so that a false one
+/// neither hides a telegram inside of it nor delays one behind it.
+///
+/// A device keeps to one rule. So by another one than its protocol has shown, where a damaged
+/// telegram would have two more chances to fit, a telegram is held back until a second one fits by
+/// that rule within kWitnessBytes; then both are given, and the rule counts as shown. The same goes
+/// for an undocumented protocol, unless it is the first in the stream.
 class S300Decoder {
   public:
+    S300Decoder();
+    ~S300Decoder();
+    S300Decoder(S300Decoder&&) noexcept;
+    S300Decoder& operator=(S300Decoder&&) noexcept;
+
     /// Appends bytes and looks for telegrams that they complete.
     void push(const std::uint8_t* bytes, std::size_t count);
 
-    /// The next telegram found, in the order of their ends; false when there is none. Reuses the
-    /// memory of `telegram`.
+    /// The next telegram found, in the order of their ends (but for one that was held back); false
+    /// when there is none. Reuses the memory of `telegram`.
     bool next(S300Telegram& telegram);
 
-    const S300StreamCounts& counts() const { return counts_; }
+    const S300StreamCounts& counts() const;
 
-    static constexpr std::size_t kMostBytes =
-        4096;  ///< of a telegram; a longer size is no telegram
+    /// Of a telegram; a longer size is no telegram.
+    static constexpr std::size_t kMostBytes = 4096;
+    static constexpr std::size_t kWitnessBytes = 65536;
 
   private:
-    // (implementer's choice)
-    S300StreamCounts counts_;
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
-/// A telegram as bytes: io, words and reflectors in this order, as far as there are any.
+/// A telegram as bytes: io, words and reflectors in this order, as far as there are any. Throws
+/// Error for what no telegram can say (more than kMostBytes, no block at all, field 6, a reflector
+/// at more than 81.91 m).
 std::vector<std::uint8_t> encode(const S300Telegram& telegram);
 
 /// CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF, not reflected.

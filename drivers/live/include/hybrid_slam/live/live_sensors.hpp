@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "hybrid_slam/lidar/byte_source.hpp"
 #include "hybrid_slam/sensors/robot.hpp"
@@ -14,7 +15,7 @@
 namespace hybrid_slam {
 
 enum class DeviceState {
-    kOff,         ///< not asked for
+    kOff,         ///< not asked for, or files that have ended
     kConnecting,  ///< not opened yet, or being reopened
     kStreaming,
     kSilent,     ///< open, but nothing comes
@@ -22,9 +23,11 @@ enum class DeviceState {
 };
 std::string_view to_string(DeviceState state);
 
-/// How one device is. `detail` is one line for people: what is wrong and what to look at.
+/// How one device is.
 struct DeviceStatus {
     DeviceState state = DeviceState::kOff;
+    /// One line for people: what is wrong and what to look at; stays the same while that does.
+    /// Empty while all is well.
     std::string detail;
     std::uint64_t connects = 0;  ///< how often it could be opened
     std::uint64_t dropped = 0;   ///< events that found the queue full
@@ -46,24 +49,28 @@ struct LiveOptions {
     /// How devices are opened; tests put fakes here.
     std::function<std::unique_ptr<ByteSource>(const LidarConfig&)> open_lidar = open_byte_source;
     std::function<std::unique_ptr<Capture>(const CameraConfig&)> open_camera = open_capture;
-    std::function<double()>
-        now;  ///< seconds; empty = wall clock at the start, steady from there on
+    /// Seconds; asked by several threads. Empty = wall clock at the start, steady from there on.
+    std::function<double()> now;
 };
 
 /// The devices of a robot, each read by a thread of its own that reopens it for as long as it
-/// takes. Arrivals are taken in the reading thread.
+/// takes. Arrivals are taken in the reading thread. When the consumer falls behind, images go first
+/// (their queue is short), the oldest before the newer ones; all losses are counted.
 class LiveSensors : public SensorStream {
   public:
     explicit LiveSensors(const RobotConfig& robot, LiveOptions options = {});
+    /// Within a fraction of a second: a thread that a driver does not let go is left to end by
+    /// itself, and touches nothing but its own device then.
     ~LiveSensors() override;
 
     /// Waits for the next event; empty when `stop` was called, or when a lidar that is a file has
-    /// ended.
+    /// ended. Arrivals never go back.
     std::optional<SensorEvent> next() override;
 
     /// The next event, or empty after `timeout` seconds.
     std::optional<SensorEvent> next_within(double timeout);
 
+    /// True when next will return nothing any more.
     bool ended() const;
     /// From any thread; next returns empty from then on.
     void stop();

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,31 +29,43 @@ struct RecordingCounts {
     std::uint64_t lidar_bytes = 0;
     std::uint64_t images = 0;
     std::uint64_t image_bytes = 0;
-    std::uint64_t dropped_images = 0;  ///< because the disk was slow or nearly full
-    double first_arrival = 0.0;        ///< seconds; both 0 while nothing has come
+    std::uint64_t dropped_images = 0;       ///< because the disk was slow, nearly full or refused
+    std::uint64_t dropped_by_slowness = 0;  ///< of these: more waited than the queue takes
+    double first_arrival = 0.0;             ///< seconds; both 0 while nothing has come
     double last_arrival = 0.0;
 };
 
 struct RecordingOptions {
-    std::string origin = "live";           ///< for the manifest: live, simulated
-    double sync_every = 1.0;               ///< seconds of arrival times; 0 = at the end only
+    /// For the manifest: live or simulated. Of a simulation no image is dropped (push waits for the
+    /// disk instead, and a full disk is an error) and nothing depends on a clock: the same events
+    /// give the same bytes.
+    std::string origin = "live";
+    /// Seconds of the wall clock; 0 = at the end only. When left out: 1 s live, else at the end.
+    std::optional<double> sync_every;
     double keep_free = 256e6;              ///< bytes of the disk that images may not take
     std::size_t queue_bytes = 64u << 20u;  ///< images waiting for a slow disk, at most
+    /// Bytes that are free where the folder lies, asked before each image; tests put fakes here.
+    std::function<double(const std::filesystem::path&)> free_space;
 };
 
 /// Writes a recording as it comes. A writing thread syncs every second, so that a power cut loses
 /// at most that; images are dropped before scans when the disk is slow or nearly full.
 class RecordingWriter {
   public:
-    /// Makes the folder with manifest and robot.yaml. Throws Error when it exists and is not empty,
-    /// or cannot be made.
+    /// Makes the folder with manifest, robot.yaml and an empty lidar.rec. Throws Error when it
+    /// exists and is not empty, or cannot be made.
     RecordingWriter(const std::filesystem::path& folder, const RobotConfig& robot,
                     const RecordingOptions& options = {});
     ~RecordingWriter();  ///< closes as well as it can
 
-    /// Throws Error when the lidar's bytes cannot be written any more.
+    /// Throws Error, from then on each time, when the lidar's bytes cannot be written any more;
+    /// what was recorded before stays. Waits for the disk only while more than queue_bytes of the
+    /// lidar, or of a simulation, wait for it.
     void push(const SensorEvent& event);
-    RecordingCounts counts() const;
+    RecordingCounts counts() const;         ///< with the system; a killed program loses none of it
+    RecordingCounts synced_counts() const;  ///< on the disk; a power cut loses none of it
+    /// Why the last image was dropped that the disk was too full for, or refused; empty when none.
+    std::string image_trouble() const;
     /// Writes what waits, and the manifest with its counts. Throws Error.
     void close();
 
@@ -87,6 +100,8 @@ class RecordingReader : public SensorStream {
     const RobotConfig& robot() const;
     const RecordingManifest& manifest() const;
     std::uint64_t damaged_bytes() const;  ///< so far, of both files
+    /// Of both files, at their ends: what a crash left unfinished. Known when next was empty.
+    std::uint64_t torn_bytes() const;
 
   private:
     struct State;

@@ -9,15 +9,15 @@ namespace hybrid_slam {
 /// A vehicle with a fixed axle and one steered wheel. The robot's origin is at the middle of the
 /// fixed axle, x forward.
 struct VehicleConfig {
-    double wheelbase =
-        -1.3;  ///< metres from the fixed axle to the steered wheel; negative: it is behind
+    /// Metres from the fixed axle to the steered wheel; negative: it is behind.
+    double wheelbase = 1.2;
     double steering_limit = radians(75.0);  ///< radians to each side
     double steering_rate = radians(60.0);   ///< radians per second
-    double speed_limit = 0.3;               ///< m/s of the fixed axle
+    double speed_limit = 1.5;               ///< m/s of the fixed axle
     double acceleration = 0.5;              ///< m/s^2, braking too
-    double footprint_front = 1.1;           ///< metres ahead of the origin
-    double footprint_rear = 1.7;            ///< metres behind it
-    double footprint_width = 1.0;           ///< metres
+    double footprint_front = 1.5;           ///< metres ahead of the origin
+    double footprint_rear = 1.1;            ///< metres behind it: the forks trail
+    double footprint_width = 0.9;           ///< metres
 };
 
 /// Lists the keys without a section before them.

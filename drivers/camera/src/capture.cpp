@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid_slam/camera/capture.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <thread>
+
+#include "captures.hpp"
+
+namespace hybrid_slam {
+
+bool Pace::wait(double timeout) {
+    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
+    const double now = std::chrono::duration<double>(since_boot).count();
+    const double rest = std::max(0.0, due_ - now);
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(rest, timeout)));
+    if (rest > timeout) {
+        return false;
+    }
+    due_ = std::max(due_, now) + period_;
+    return true;
+}
+
+std::unique_ptr<Capture> open_capture(const CameraConfig& config) {
+    std::error_code error;
+    const auto status = std::filesystem::status(config.device, error);
+    if (std::filesystem::is_directory(status)) {
+        return open_image_folder(config);
+    }
+    if (std::filesystem::is_regular_file(status)) {
+        return open_video_file(config);
+    }
+    return open_video_device(config);
+}
+
+}  // namespace hybrid_slam

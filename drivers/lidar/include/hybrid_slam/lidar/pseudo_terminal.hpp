@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hybrid_slam {
+
+/// The sending end of a serial line that needs no hardware: whoever opens `path` as a serial port
+/// reads what is written here. Like a scanner it talks whether anybody listens or not, and never
+/// waits. Destroying it pulls the cable.
+class PseudoTerminal {
+  public:
+    /// With `link`, a symbolic link of that name points to the terminal for as long as it lives; a
+    /// link that is there already is replaced. Throws Error when that name is taken by something
+    /// else or cannot be made, and when the system has no terminal left.
+    explicit PseudoTerminal(std::filesystem::path link = {});
+    ~PseudoTerminal();
+    PseudoTerminal(const PseudoTerminal&) = delete;
+    PseudoTerminal& operator=(const PseudoTerminal&) = delete;
+
+    /// What to open: the link, or without one the terminal itself.
+    std::string path() const { return link_.empty() ? device_ : link_.string(); }
+
+    /// Whether somebody has it open.
+    bool has_reader() const;
+
+    /// Bytes are dropped when nobody has it open, and from where the reader's buffer is full.
+    void write(const std::vector<std::uint8_t>& bytes);
+
+    std::uint64_t dropped() const { return dropped_; }  ///< bytes
+
+  private:
+    void open();
+    void make_link() const;
+
+    std::filesystem::path link_;
+    std::string device_;
+    int master_ = -1;
+    std::uint64_t dropped_ = 0;
+};
+
+}  // namespace hybrid_slam
