@@ -197,6 +197,26 @@ void Canvas::grid(const StateGrid& grid, const Pixel& corner, double pixels_per_
     }
 }
 
+void Canvas::image(const Image& image, const Rect& rect) {
+    // OpenCV takes bytes to read from and to write to alike; these are only read.
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
+    auto* const pixels = const_cast<std::uint8_t*>(image.pixels.data());
+    const cv::Mat whole(image.height, image.width, image.channels == 1 ? CV_8UC1 : CV_8UC3, pixels);
+    const double scale = std::min(static_cast<double>(rect.width) / image.width,
+                                  static_cast<double>(rect.height) / image.height);
+    cv::Rect place(0, 0, std::max(1, static_cast<int>(scale * image.width)),
+                   std::max(1, static_cast<int>(scale * image.height)));
+    cv::Mat small;
+    cv::resize(whole, small, place.size(), 0.0, 0.0, cv::INTER_AREA);
+    if (small.channels() == 1) {
+        cv::cvtColor(small, small, cv::COLOR_GRAY2BGR);
+    }
+    place += cv::Point(rect.x + (rect.width - place.width) / 2,
+                       rect.y + (rect.height - place.height) / 2);
+    const cv::Rect seen = place & cv::Rect(0, 0, width(), height());
+    small(seen - place.tl()).copyTo(state_->picture(seen));
+}
+
 void Canvas::write_png(const std::filesystem::path& file) const {
     const std::filesystem::path place =
         replaceable_file(file);  // libpng removes what it cannot write

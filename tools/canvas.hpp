@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hybrid_slam/core/measurements.hpp"
 #include "hybrid_slam/core/occupancy_grid.hpp"
 
 namespace hybrid_slam::tools {
@@ -79,6 +80,9 @@ class Canvas {
     /// The upper left corner of the grid's top row lies at `corner`.
     void grid(const StateGrid& grid, const Pixel& corner, double pixels_per_cell,
               const GridShades& shades);
+
+    /// As large as fits into the rectangle, in its middle.
+    void image(const Image& image, const Rect& rect);
 
     /// Throws Error when the file cannot be written.
     void write_png(const std::filesystem::path& file) const;

@@ -8,7 +8,7 @@
 
 namespace hybrid_slam::tools {
 
-enum ExitCode : int { kOk = 0, kFailure = 1, kUsage = 2, kInterrupted = 3 };
+enum ExitCode : int { kOk = 0, kFailure = 1, kUsage = 2, kInterrupted = 3, kNotFit = 4 };
 
 /// What the command line asked for; returns the exit code.
 using Action = std::function<int()>;
@@ -19,6 +19,8 @@ void add_compare_command(CLI::App& program, Action& action);
 void add_evaluate_command(CLI::App& program, Action& action);
 void add_optimize_command(CLI::App& program, Action& action);
 void add_simulate_command(CLI::App& program, Action& action);
+void add_record_command(CLI::App& program, Action& action);
+void add_info_command(CLI::App& program, Action& action);
 
 /// Options that all subcommands have.
 struct CommonOptions {

@@ -10,8 +10,10 @@
 #include "evaluation.hpp"
 #include "hybrid_slam/backend/map_folder.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/recording/recording.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
+#include "progress.hpp"
 #include "session.hpp"
 #include "summary.hpp"
 #include "table.hpp"
@@ -21,7 +23,7 @@ namespace {
 
 struct CompareOptions {
     CommonOptions common;
-    std::filesystem::path log;
+    std::filesystem::path drive;
     std::filesystem::path out;
     std::filesystem::path config;
     YardstickFiles yardstick;
@@ -29,15 +31,28 @@ struct CompareOptions {
 };
 
 constexpr auto kFooter =
-    R"(Runs the log three times through the same pipeline, with other values of its options:
+    R"(Runs the drive three times through the same pipeline, with other values of its options:
   plain ICP           to the previous scan, point to point, without a prior, without the graph
   seeded ICP          as configured, prior included, without the graph
   seeded ICP + graph  as configured, with loop closures and graph
 and writes compare.png, compare.txt, compare.json and the trajectories into the folder of --out.
 Examples:
   hybrid-slam compare intel.clf.gz --relations intel.relations
+  hybrid-slam compare sim1/                       # against its own truth.tum
   hybrid-slam compare hall.clf --truth hall.truth.tum --out hall_compare --json
 )";
+
+/// A simulated recording brings the truth along.
+void take_own_truth(CompareOptions& options) {
+    YardstickFiles& yardstick = options.yardstick;
+    if (!yardstick.truth.empty() || !yardstick.relations.empty()) {
+        return;
+    }
+    yardstick.truth = options.drive / RecordingFiles::kTruth;
+    if (!std::filesystem::exists(yardstick.truth)) {
+        throw CLI::RequiredError("--truth or --relations");
+    }
+}
 
 /// What is kept of a run; its keyframes are not.
 struct Result {
@@ -62,7 +77,11 @@ Result run_variant(const CompareOptions& options, const Settings& base, const Va
     Result result;
     result.variant = variant;
     result.settings = settings;
-    result.session = run_session(options.log, settings, options.common.quiet, variant.name);
+    const std::unique_ptr<Input> input = open_input(options.drive, settings.log);
+    {
+        Progress progress(variant.name, options.common.quiet);
+        result.session = run_session(*input, name_of(options.drive), settings, progress);
+    }
     result.peak_mb = peak_memory_mb();
     SlamMap& map = result.session.map;
     result.points = draw_points(map.keyframes, map.graph, settings.map.resolution);
@@ -76,7 +95,7 @@ Comparison run_all(const CompareOptions& options, const Yardstick& yardstick) {
     for (const Variant& variant : comparison_variants()) {
         Result result = run_variant(options, base, variant);
         if (result.session.interrupted) {
-            comparison.interrupted = true;  // part of a log compares with nothing
+            comparison.interrupted = true;  // part of a drive compares with nothing
             break;
         }
         result.evaluation = yardstick.measure(result.session.map.trajectory);
@@ -184,7 +203,7 @@ nlohmann::ordered_json to_json(const Result& result) {
 
 nlohmann::ordered_json to_json(const CompareOptions& options, const Yardstick& yardstick,
                                const Comparison& comparison) {
-    nlohmann::ordered_json json = {{"log", options.log.filename().string()},
+    nlohmann::ordered_json json = {{"log", name_of(options.drive)},
                                    {"yardstick", yardstick.name()},
                                    {"interrupted", comparison.interrupted},
                                    {"scans", comparison.results.front().session.scans},
@@ -226,7 +245,7 @@ void draw_picture(const std::filesystem::path& file, const std::string& title,
 
 std::filesystem::path make_folder(const CompareOptions& options) {
     const std::filesystem::path folder =
-        options.out.empty() ? std::filesystem::path(stem_of(options.log) + "_compare")
+        options.out.empty() ? std::filesystem::path(stem_of(name_of(options.drive)) + "_compare")
                             : options.out;
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -248,7 +267,7 @@ int run_compare(const CompareOptions& options) {
     if (comparison.interrupted) {
         print_warning("interrupted; the runs that were complete are compared");
     }
-    const std::string title = options.log.filename().string() + " against " + yardstick.name();
+    const std::string title = name_of(options.drive) + " against " + yardstick.name();
     const std::string table = table_text(comparison);
     const nlohmann::ordered_json json = to_json(options, yardstick, comparison);
     draw_picture(folder / "compare.png", title, comparison);
@@ -274,16 +293,22 @@ void add_compare_command(CLI::App& program, Action& action) {
     const auto options = std::make_shared<CompareOptions>();
     CLI::App* command = program.add_subcommand(
         "compare", "Compare plain ICP, seeded ICP and seeded ICP with graph");
-    command->add_option("LOG", options->log, "CARMEN log, plain or .gz")->required()->type_name("");
-    add_yardstick_options(*command, options->yardstick);
-    command->add_option("-o,--out", options->out, "Folder for the results (LOG_compare)")
+    command
+        ->add_option("DRIVE", options->drive, "Folder of a recording, or CARMEN log (plain or .gz)")
+        ->required()
+        ->type_name("");
+    add_yardstick_options(*command, options->yardstick, 0);
+    command->add_option("-o,--out", options->out, "Folder for the results (DRIVE_compare)")
         ->type_name("DIR");
     command->add_option("-c,--config", options->config, "Configuration (YAML) of all three")
         ->type_name("FILE");
     add_set_option(*command, options->overrides, "scan.range_max=20");
     add_common_options(*command, options->common);
     command->footer(kFooter);
-    command->callback([options, &action] { action = [options] { return run_compare(*options); }; });
+    command->callback([options, &action] {
+        take_own_truth(*options);
+        action = [options] { return run_compare(*options); };
+    });
 }
 
 }  // namespace hybrid_slam::tools

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds the program, drives a simulated vehicle through a hall, makes a map of
-# what its lidar saw and says how far the map is off.
+# Installs what is missing, builds the program, drives a simulated forklift through the thesis's hall, its
+# scanner speaking S300 telegrams and its camera giving images, makes a map of that recording and says how
+# far the map is off.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,9 +12,11 @@ cmake --build --preset release --target hybrid-slam
 
 program=build/release/tools/hybrid-slam
 out=build/demo
+rm -rf "$out/drive"
 mkdir -p "$out"
-"$program" simulate config/worlds/hall.yaml --out "$out/hall.clf" --seed 1
-"$program" map "$out/hall.clf" --out "$out/hall_map"
-"$program" evaluate "$out/hall_map/trajectory.tum" --truth "$out/hall.truth.tum"
+"$program" simulate config/worlds/thesis_hall.yaml --path figure_eight --out "$out/drive" --seed 1 --set distance=40
+"$program" info "$out/drive"
+"$program" map "$out/drive" --out "$out/hall"
+"$program" evaluate "$out/hall/trajectory.tum" --truth "$out/drive/truth.tum" --align first
 
-echo "The map is in $out/hall_map; look at map.png and graph.png there."
+echo "The recording is in $out/drive (look at info.png), the map in $out/hall (map.png and graph.png)."

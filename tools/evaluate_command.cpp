@@ -19,7 +19,7 @@ struct EvaluateOptions {
 
 constexpr auto kFooter =
     R"(Against relations: errors of relative motions between given stamps; no alignment is needed.
-Against a true trajectory: root mean square errors after one alignment of the whole trajectory.
+Against a true trajectory: root mean square errors after one alignment (--align).
 Examples:
   hybrid-slam evaluate intel_map/trajectory.tum --relations intel.relations
   hybrid-slam evaluate hall_map/trajectory.tum --truth hall.truth.tum --plot error.png

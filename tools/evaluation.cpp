@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "hybrid_slam/core/error.hpp"
@@ -86,17 +87,26 @@ std::string report(const TruthError& error) {
 
 }  // namespace
 
-void add_yardstick_options(CLI::App& command, YardstickFiles& files) {
+void add_yardstick_options(CLI::App& command, YardstickFiles& files, int least) {
     auto* yardstick = command.add_option_group("Truth");
     yardstick
         ->add_option("--relations", files.relations,
                      "Relative poses between stamps (Kuemmerle et al. 2009)")
         ->type_name("FILE");
     yardstick->add_option("--truth", files.truth, "True trajectory (TUM)")->type_name("FILE");
-    yardstick->require_option(1);
+    yardstick->require_option(least, 1);
+    const std::map<std::string, TruthAlignment> alignments{{"best", TruthAlignment::kBestFit},
+                                                           {"first", TruthAlignment::kFirstPose},
+                                                           {"none", TruthAlignment::kNone}};
+    command
+        .add_option("--align", files.alignment,
+                    "Before comparing with --truth: best fit of the whole trajectory (best), first "
+                    "pose onto the first true one (first), or none")
+        ->transform(CLI::CheckedTransformer(alignments).description(""))
+        ->type_name("best|first|none");
 }
 
-Yardstick::Yardstick(const YardstickFiles& files) {
+Yardstick::Yardstick(const YardstickFiles& files) : alignment_(files.alignment) {
     if (files.truth.empty()) {
         name_ = files.relations.filename().string();
         relations_ = read_relations(files.relations);
@@ -115,7 +125,9 @@ Evaluation Yardstick::measure(const Trajectory& trajectory) const {
         }
     } else {
         try {
-            evaluation.truth = truth_error(trajectory, truth_);
+            TruthOptions options;
+            options.alignment = alignment_;
+            evaluation.truth = truth_error(trajectory, truth_, options);
         } catch (const Error& error) {
             throw Error(name_ + ": " + error.what());
         }

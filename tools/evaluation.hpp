@@ -16,12 +16,14 @@ class App;
 
 namespace hybrid_slam::tools {
 
-/// Where the truth about a trajectory stands: one of the two.
+/// Where the truth about a trajectory stands, one of the two, and how to hold it against that.
 struct YardstickFiles {
     std::filesystem::path relations;
     std::filesystem::path truth;
+    TruthAlignment alignment = TruthAlignment::kBestFit;
 };
-void add_yardstick_options(CLI::App& command, YardstickFiles& files);
+/// `least` files that must be given: 0 or 1.
+void add_yardstick_options(CLI::App& command, YardstickFiles& files, int least = 1);
 
 /// How good a trajectory is; has the one for which there was a yardstick.
 struct Evaluation {
@@ -53,6 +55,7 @@ class Yardstick {
 
   private:
     std::string name_;
+    TruthAlignment alignment_ = TruthAlignment::kBestFit;
     std::vector<Relation> relations_;
     Trajectory truth_;
 };

@@ -20,7 +20,8 @@ constexpr auto kFooter = R"(Examples:
 
 Results go to standard output, messages and the progress bar to standard error.
 Exit codes: 0 done, 1 bad input or another failure, 2 wrong usage,
-            3 interrupted by Ctrl-C or SIGTERM, with everything up to there saved.
+            3 interrupted by Ctrl-C or SIGTERM, with everything up to there saved,
+            4 a recording that is not fit for mapping (info).
 )";
 
 void describe_program(CLI::App& program, Action& action) {
@@ -30,7 +31,9 @@ void describe_program(CLI::App& program, Action& action) {
     program.get_formatter()->column_width(34);
     program.footer(kFooter);
     program.require_subcommand(1);
+    add_record_command(program, action);
     add_map_command(program, action);
+    add_info_command(program, action);
     add_compare_command(program, action);
     add_evaluate_command(program, action);
     add_optimize_command(program, action);

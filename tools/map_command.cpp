@@ -8,7 +8,9 @@
 #include "drawings.hpp"
 #include "hybrid_slam/backend/map_folder.hpp"
 #include "interrupt.hpp"
+#include "live_input.hpp"
 #include "messages.hpp"
+#include "progress.hpp"
 #include "session.hpp"
 #include "summary.hpp"
 
@@ -17,7 +19,9 @@ namespace {
 
 struct MapOptions {
     CommonOptions common;
-    std::filesystem::path log;
+    std::filesystem::path drive;  ///< log or recording; empty with --live
+    bool live = false;
+    RobotOptions robot;
     std::filesystem::path out;
     std::filesystem::path config;
     Overrides overrides;
@@ -31,6 +35,8 @@ constexpr auto kFooter = R"(Files of the map folder:
 Examples:
   hybrid-slam map intel.clf.gz --out intel_map
   hybrid-slam map hall.clf --out hall_map --config config/thesis.yaml --set icp.max_iterations=50
+  hybrid-slam map drive1/ --out hall              # what 'record' or 'simulate' made
+  hybrid-slam map --live --robot config/robots/forklift.yaml --out hall
   hybrid-slam map hall.clf --out hall_map --json | jq .closures.by_verdict
 Ctrl-C or SIGTERM saves the map of the scans so far (exit code 3); a second one aborts.
 )";
@@ -45,14 +51,13 @@ std::string session_line(const Session& session) {
 
 void draw_map(const std::filesystem::path& folder, const Session& session) {
     const StateGrid grid = read_map_server(folder / "map.yaml");
-    draw(MapPicture{"Map of " + session.log.filename().string(), session_line(session), grid,
-                    session.map.trajectory})
+    draw(MapPicture{"Map of " + session.name, session_line(session), grid, session.map.trajectory})
         .write_png(folder / "map.png");
 }
 
 void draw_graph(const std::filesystem::path& folder, const Session& session) {
     GraphPicture picture;
-    picture.title = "Pose graph of " + session.log.filename().string();
+    picture.title = "Pose graph of " + session.name;
     picture.before_caption = "before: chain of the odometry";
     picture.after_caption =
         fmt::format("after: refined with closures, chi2 {:.1f}", session.refinement.final_chi2);
@@ -86,14 +91,26 @@ nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Se
     return summary;
 }
 
+std::unique_ptr<Input> input_of(const MapOptions& options, const Settings& settings) {
+    return options.live ? open_live_input(robot_of(options.robot))
+                        : open_input(options.drive, settings.log);
+}
+
+/// Live sensors have no end but a signal: only what it stops early is interrupted.
 int run_map(const MapOptions& options) {
     const Settings settings = load_settings(options.config, options.overrides);
+    const std::string name = options.live ? "live drive" : name_of(options.drive);
     catch_interrupts();
     MapFolderWriter writer(options.out);
-    const Session session =
-        run_session(options.log, settings, options.common.quiet, options.log.filename().string());
-    if (const auto warnings = warnings_of(session.input); !warnings.empty()) {
-        print_info(fmt::format("{}: {}", options.log.string(), fmt::join(warnings, "; ")));
+    const std::unique_ptr<Input> input = input_of(options, settings);
+    Session session;
+    {
+        Progress progress(name, options.common.quiet);
+        session = run_session(*input, name, settings, progress);
+    }
+    session.interrupted = session.interrupted && !options.live;
+    if (!session.warnings.empty()) {
+        print_info(fmt::format("{}: {}", name, fmt::join(session.warnings, "; ")));
     }
     if (session.interrupted) {
         print_warning("interrupted; saving the map of the scans so far");
@@ -112,8 +129,14 @@ int run_map(const MapOptions& options) {
 
 void add_map_command(CLI::App& program, Action& action) {
     const auto options = std::make_shared<MapOptions>();
-    CLI::App* command = program.add_subcommand("map", "Make a map from a log");
-    command->add_option("LOG", options->log, "CARMEN log, plain or .gz")->required()->type_name("");
+    CLI::App* command =
+        program.add_subcommand("map", "Make a map from a recording, a log or live sensors");
+    command
+        ->add_option("DRIVE", options->drive, "Folder of a recording, or CARMEN log (plain or .gz)")
+        ->type_name("");
+    command->add_flag("--live", options->live,
+                      "Map what the robot's devices say now, until Ctrl-C");
+    add_robot_options(*command, options->robot);
     command->add_option("-o,--out", options->out, "Folder of the map; a map in it is replaced")
         ->required()
         ->type_name("DIR");
@@ -127,7 +150,12 @@ void add_map_command(CLI::App& program, Action& action) {
         "Odometry alone, the same as --set graph.enabled=false");
     add_common_options(*command, options->common);
     command->footer(kFooter);
-    command->callback([options, &action] { action = [options] { return run_map(*options); }; });
+    command->callback([options, &action] {
+        if (options->live != options->drive.empty()) {
+            throw CLI::RequiredError("either DRIVE or --live");
+        }
+        action = [options] { return run_map(*options); };
+    });
 }
 
 }  // namespace hybrid_slam::tools

@@ -8,8 +8,6 @@
 
 #include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
-#include "messages.hpp"
-#include "progress.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -22,12 +20,12 @@ double length_of(const Trajectory& trajectory) {
     return length;
 }
 
-/// The loop over one log.
+/// The loop over one input.
 class Runner {
   public:
-    Runner(const std::filesystem::path& file, const Settings& settings)
-        : log_(file, settings.log), slam_(settings.slam) {
-        session_.log = file;
+    Runner(Input& input, const std::string& name, const Settings& settings)
+        : input_(input), slam_(settings.slam) {
+        session_.name = name;
     }
 
     void run(Progress& progress) {
@@ -37,10 +35,11 @@ class Runner {
                 break;
             }
             process(*frame);
-            progress.update(log_.progress(), session_.scans, latest_ - earliest_);
+            progress.update(input_.source().progress(), session_.scans, latest_ - earliest_);
             session_.interrupted = interrupted();
         }
-        session_.input = log_.counts();
+        session_.input = input_.counts();
+        session_.warnings = input_.warnings();
         session_.recorded = std::max(0.0, latest_ - earliest_);
     }
 
@@ -60,7 +59,7 @@ class Runner {
         const Stopwatch clock;
         std::optional<Frame> frame;
         while (!frame) {
-            std::optional<Measurement> measurement = log_.next();
+            std::optional<Measurement> measurement = input_.source().next();
             if (!measurement) {
                 return std::nullopt;
             }
@@ -99,7 +98,7 @@ class Runner {
         timings.scan.add(result.timings.total());
     }
 
-    CarmenLog log_;
+    Input& input_;
     FrameAssembler assembler_;
     Slam slam_;
     Session session_;
@@ -129,39 +128,20 @@ double Session::real_time_factor() const {
     return recorded / timings.total;
 }
 
-Session run_session(const std::filesystem::path& log, const Settings& settings, bool quiet,
-                    const std::string& label) {
+Session run_session(Input& input, const std::string& name, const Settings& settings,
+                    Progress& progress) {
     const Stopwatch clock;
     const double cpu_at_start = cpu_seconds();
-    Progress progress(label, quiet);
-    Runner runner(log, settings);
+    Runner runner(input, name, settings);
     runner.run(progress);
     if (!runner.saw_anything()) {
-        throw Error(log.string() + ": no usable scan in this log");
+        throw Error(name + ": no usable scan in it");
     }
     progress.say("refining the map");
     Session session = runner.finish();
     session.timings.total = clock.seconds();
     session.timings.cpu = cpu_seconds() - cpu_at_start;
     return session;
-}
-
-std::vector<std::string> warnings_of(const CarmenLogCounts& counts) {
-    const std::pair<std::size_t, const char*> kinds[] = {
-        {counts.malformed_lines, "unreadable lines"},
-        {counts.torn_last_line, "lines torn at the end"},
-        {counts.backward_stamps, "scans stamped earlier than the one before"},
-        {counts.duplicate_stamps, "scans stamped like the one before"},
-        {counts.bad_poses, "laser lines without usable poses"},
-        {counts.not_finite, "ranges that are no numbers"},
-    };
-    std::vector<std::string> warnings;
-    for (const auto& [count, what] : kinds) {
-        if (count > 0) {
-            warnings.push_back(std::string(what) + ": " + with_commas(count));
-        }
-    }
-    return warnings;
 }
 
 }  // namespace hybrid_slam::tools

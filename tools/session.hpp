@@ -2,14 +2,14 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "hybrid_slam/backend/slam.hpp"
-#include "hybrid_slam/logs/carmen_log.hpp"
+#include "input.hpp"
 #include "measure.hpp"
+#include "progress.hpp"
 #include "settings.hpp"
 
 namespace hybrid_slam::tools {
@@ -21,15 +21,16 @@ struct SessionTimings {
     StageTime optimization;
     StageTime scan;       ///< the three above together, reading left out
     double refine = 0.0;  ///< seconds
-    double total = 0.0;   ///< seconds, from opening the log to the refined map
+    double total = 0.0;   ///< seconds, from the first measurement to the refined map
     double cpu = 0.0;     ///< seconds of processor time, likewise
 };
 
-/// A log run through the pipeline, with all that was learned about the run.
+/// An input run through the pipeline, with all that was learned about the run.
 struct Session {
-    std::filesystem::path log;
-    bool interrupted = false;  ///< before the end of the log
-    CarmenLogCounts input;
+    std::string name;                   ///< of the input
+    bool interrupted = false;           ///< before its end
+    nlohmann::ordered_json input;       ///< its counts
+    std::vector<std::string> warnings;  ///< what in it was not as it should be
     std::size_t scans = 0;
     double recorded = 0.0;  ///< seconds between the earliest and the latest stamp
     double path = 0.0;      ///< metres, along the trajectory of the map
@@ -48,12 +49,9 @@ struct Session {
     double real_time_factor() const;
 };
 
-/// Runs the log to its end or until a signal comes (see interrupt.hpp). Throws Error for a log that
-/// cannot be read or has no scan with a return in it.
-Session run_session(const std::filesystem::path& log, const Settings& settings, bool quiet,
-                    const std::string& label);
-
-/// What in the log was not as it should be: "kind: count" each.
-std::vector<std::string> warnings_of(const CarmenLogCounts& counts);
+/// Runs the input to its end or until a signal comes (see interrupt.hpp). Throws Error for one that
+/// has no scan with a return in it.
+Session run_session(Input& input, const std::string& name, const Settings& settings,
+                    Progress& progress);
 
 }  // namespace hybrid_slam::tools

@@ -27,22 +27,6 @@ double milliseconds(double seconds) {
     return rounded(1e3 * seconds);
 }
 
-Json input_json(const CarmenLogCounts& counts) {
-    return {{"lines", counts.lines},
-            {"scans", counts.scans},
-            {"odometry", counts.odometry},
-            {"parameters", counts.parameters},
-            {"beams", counts.beams},
-            {"no_returns", counts.no_returns},
-            {"not_finite", counts.not_finite},
-            {"bad_poses", counts.bad_poses},
-            {"backward_stamps", counts.backward_stamps},
-            {"duplicate_stamps", counts.duplicate_stamps},
-            {"malformed_lines", counts.malformed_lines},
-            {"torn_last_line", counts.torn_last_line},
-            {"ignored", counts.ignored}};
-}
-
 Json closure_json(const Closure& closure, const Keyframes& keyframes) {
     return {{"from", closure.from},
             {"to", closure.to},
@@ -142,10 +126,10 @@ Json closures_by_verdict(const Session& session) {
 
 Json summary_of(const Session& session, const OutputTimings& output) {
     return {{"program", "hybrid-slam " HYBRID_SLAM_VERSION},
-            {"log", session.log.filename().string()},
+            {"log", session.name},
             {"interrupted", session.interrupted},
-            {"input", input_json(session.input)},
-            {"warnings", warnings_of(session.input)},
+            {"input", session.input},
+            {"warnings", session.warnings},
             {"scans", session.scans},
             {"keyframes", session.map.keyframes.size()},
             {"duration_s", rounded(session.recorded)},
@@ -162,7 +146,7 @@ Json summary_of(const Session& session, const OutputTimings& output) {
 std::string summary_text(const Session& session) {
     const OptimizeSummary& refinement = session.refinement;
     const SessionTimings& timings = session.timings;
-    std::string text = fmt::format("log        {} in {}, {:.1f} m; {}{}\n",
+    std::string text = fmt::format("drive      {} in {}, {:.1f} m; {}{}\n",
                                    counted(session.scans, "scan"), duration_text(session.recorded),
                                    session.path, counted(session.map.keyframes.size(), "keyframe"),
                                    session.interrupted ? "; interrupted before its end" : "");

@@ -26,4 +26,21 @@ int run_logs_benchmark(const std::filesystem::path& shared_data,
 int run_worlds_benchmark(const std::filesystem::path& worlds,
                          const std::vector<std::string>& overrides, std::ostream& out);
 
+/// Drives the simulated forklift of `worlds` through its sensors' bytes: accuracy of the thesis
+/// hall over ten seeds and both range biases, map points against the walls, speed of the simulator.
+int run_forklift_benchmark(const std::filesystem::path& worlds,
+                           const std::vector<std::string>& overrides, std::ostream& out);
+
+/// Kills recorders, cuts and zeroes the last megabyte of a recording at every byte, and measures how
+/// fast recordings are written and read.
+int run_recording_benchmark(std::ostream& out);
+
+/// Decodes S300 telegrams: for speed, and `megabytes` of them among garbage, cuts, splices and
+/// flipped bits.
+int run_s300_benchmark(double megabytes, std::ostream& out);
+
+/// Reads a scanner at the other end of a pseudo-terminal in real time, whose telegrams arrive late
+/// by random: for lost scans and for errors of the stamps.
+int run_live_benchmark(double minutes, std::ostream& out);
+
 }  // namespace hybrid_slam

@@ -7,6 +7,7 @@
 #include "drivers/scratch_folder.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/simulator/simulator.hpp"
+#include "support/error_of.hpp"
 
 namespace hybrid_slam::test {
 namespace {
@@ -132,6 +133,38 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(WorldFile, MissingFileIsAnError) {
     EXPECT_THROW(read_world("no_such_world.yaml"), Error);
+}
+
+TEST(WorldFile, ReadsPeopleAndNamedPaths) {
+    const World world = read_text(
+        "name: busy\n"
+        "people:\n"
+        "  - {way: [[0, 0], [2, 0]], speed: 1.5, radius: 0.3}\n"
+        "  - {way: [[5, 5], [6, 6], [7, 5]]}\n"
+        "path: [[0, 0], [1, 0]]\n"
+        "paths:\n"
+        "  back: [[1, 0], [0, 0]]\n"
+        "drive: {speed: 0.7}\n");
+    ASSERT_EQ(world.people.size(), 2U);
+    EXPECT_EQ(world.people[0].speed, 1.5);
+    EXPECT_EQ(world.people[0].radius, 0.3);
+    EXPECT_EQ(world.people_at(1.0)[0].center, Point2(1.5, 0));
+    EXPECT_EQ(world.path_named("").front(), Point2(0, 0));
+    EXPECT_EQ(world.path_named("back").front(), Point2(1, 0));
+    EXPECT_THAT(error_of([&] { (void)world.path_named("bcak"); }),
+                HasSubstr("no path 'bcak'; there are back"));
+}
+
+TEST(WorldFile, RefusesPeopleWhoDoNotWalkAndBadDrives) {
+    const std::string rest = "path: [[0, 0], [1, 0]]\n";
+    EXPECT_THAT(error_of([&] { read_text("name: w\npeople: [{way: [[1, 1], [1, 1]]}]\n" + rest); }),
+                HasSubstr("world.yaml:2: way: needs two different points"));
+    EXPECT_THAT(error_of([&] { read_text("name: w\npeople: [{walk: 1}]\n" + rest); }),
+                HasSubstr("world.yaml:2"));
+    EXPECT_THAT(error_of([&] { read_text("name: w\npaths: [1]\n" + rest); }),
+                HasSubstr("world.yaml:2: paths: must be a map"));
+    EXPECT_THAT(error_of([&] { read_text("name: w\n" + rest + "drive: {sped: 1}\n"); }),
+                HasSubstr("world.yaml:3"));
 }
 
 }  // namespace

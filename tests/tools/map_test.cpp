@@ -139,7 +139,7 @@ TEST(Map, LogWithoutAUsableScanIsAnErrorAndLeavesNothing) {
     const std::set<std::string> before = names_in(folder.path());
     Outcome result = run(folder, "map blind.clf --out blind");
     EXPECT_EQ(result.code, 1);
-    EXPECT_EQ(result.err, "hybrid-slam: blind.clf: no usable scan in this log\n");
+    EXPECT_EQ(result.err, "hybrid-slam: blind.clf: no usable scan in it\n");
     folder.write("letter.clf", "Dear Anna,\nthis is no log.\n");
     result = run(folder, "map letter.clf --out letter");
     EXPECT_EQ(result.code, 1);

@@ -43,30 +43,54 @@ Sector sector_of(const Circle& post, const Point2& origin) {
     return {std::atan2(to_center.y(), to_center.x()) - half, 2.0 * half};
 }
 
+/// The part of the circle that a shape fills while the laser moves: what lies between its places at
+/// the first and at the last beam, for both ends of a sector move one way in so short a time.
+template <typename Shape>
+Sector sector_of(const Shape& shape, const Point2& first_origin, const Point2& last_origin) {
+    const Sector first = sector_of(shape, first_origin);
+    if (first_origin == last_origin) {
+        return first;
+    }
+    const Sector last = sector_of(shape, last_origin);
+    const double shift = normalize_angle(last.start - first.start);
+    const double start = std::min(0.0, shift);
+    const double end = std::max(first.width, shift + last.width);
+    return {first.start + start, std::min(end - start, 2.0 * kPi)};
+}
+
 /// All beams of one sweep with what each has met so far.
 class Sweep {
   public:
-    Sweep(const Pose2d& world_from_laser, const BeamFan& fan)
-        : origin_(world_from_laser.translation),
-          fan_(fan),
-          first_angle_(world_from_laser.heading + fan.angle_min),
+    Sweep(const MovingLaser& laser, const BeamFan& fan)
+        : first_angle_(laser.world_from_first.heading + fan.angle_min),
+          angle_increment_(fan.angle_increment),
           ranges_(fan.beams, kNothingHit) {
+        const double last = std::max(static_cast<double>(fan.beams) - 1.0, 1.0);
+        const Pose2d motion = between(laser.world_from_first, laser.world_from_last);
+        const Eigen::Vector3d step = motion.log() / last;
+        angle_increment_ += step.z();
+        origins_.reserve(fan.beams);
         directions_.reserve(fan.beams);
+        const bool moves = !step.isZero(0.0);
         for (std::size_t i = 0; i < fan.beams; ++i) {
-            const double angle = first_angle_ + static_cast<double>(i) * fan.angle_increment;
+            const auto number = static_cast<double>(i);
+            const double angle = first_angle_ + number * angle_increment_;
             directions_.emplace_back(std::cos(angle), std::sin(angle));
+            origins_.push_back(
+                moves ? (laser.world_from_first * Pose2d::exp(number * step)).translation
+                      : laser.world_from_first.translation);
         }
     }
 
     template <typename Shape>
     void meet(const Shape& shape) {
-        const Sector sector = sector_of(shape, origin_);
+        const Sector sector = sector_of(shape, origins_.front(), origins_.back());
         // The fan may be more than a full turn away from the sector's angle, and hold it twice.
         const double turn = 2.0 * kPi;
-        const double span = static_cast<double>(fan_.beams) * fan_.angle_increment;
+        const double span = static_cast<double>(ranges_.size()) * angle_increment_;
         double start = sector.start - first_angle_;
-        start -= turn * std::ceil((start + sector.width + fan_.angle_increment) / turn);
-        while (start < span + fan_.angle_increment) {
+        start -= turn * std::ceil((start + sector.width + angle_increment_) / turn);
+        while (start < span + angle_increment_) {
             meet_between(shape, start, start + sector.width);
             start += turn;
         }
@@ -79,21 +103,22 @@ class Sweep {
     /// side.
     template <typename Shape>
     void meet_between(const Shape& shape, double from, double to) {
-        const double last = static_cast<double>(fan_.beams) - 1.0;
-        const double lower = std::max(std::floor(from / fan_.angle_increment) - 1.0, 0.0);
-        const double upper = std::min(std::ceil(to / fan_.angle_increment) + 1.0, last);
+        const double last = static_cast<double>(ranges_.size()) - 1.0;
+        const double lower = std::max(std::floor(from / angle_increment_) - 1.0, 0.0);
+        const double upper = std::min(std::ceil(to / angle_increment_) + 1.0, last);
         if (lower > upper) {
             return;
         }
         const auto end = static_cast<std::size_t>(upper) + 1;
         for (auto i = static_cast<std::size_t>(lower); i < end; ++i) {
-            ranges_[i] = std::min(ranges_[i], cast_ray(shape, origin_, directions_[i]));
+            ranges_[i] = std::min(ranges_[i], cast_ray(shape, origins_[i], directions_[i]));
         }
     }
 
-    Point2 origin_;
-    BeamFan fan_;
     double first_angle_ = 0.0;
+    double angle_increment_ =
+        0.0;  ///< between two beams in the world, the laser's turning included
+    std::vector<Point2> origins_;
     std::vector<Eigen::Vector2d> directions_;
     std::vector<double> ranges_;
 };
@@ -133,14 +158,17 @@ double cast_ray(const Circle& post, const Point2& origin, const Eigen::Vector2d&
     return along + half_chord >= 0.0 ? along + half_chord : kNothingHit;
 }
 
-std::vector<double> cast_fan(const World& world, const Pose2d& world_from_laser,
-                             const BeamFan& fan) {
-    Sweep sweep(world_from_laser, fan);
+std::vector<double> cast_fan(const World& world, const MovingLaser& laser, const BeamFan& fan,
+                             const std::vector<Circle>& people) {
+    Sweep sweep(laser, fan);
     for (const Segment& wall : world.walls) {
         sweep.meet(wall);
     }
     for (const Circle& post : world.posts) {
         sweep.meet(post);
+    }
+    for (const Circle& person : people) {
+        sweep.meet(person);
     }
     return sweep.take_ranges();
 }

@@ -21,9 +21,22 @@ struct BeamFan {
     std::size_t beams = 0;
 };
 
-/// World::cast_ray for all beams at once: each wall and post is tried only with the beams that
-/// point into the angle that it fills.
-std::vector<double> cast_fan(const World& world, const Pose2d& world_from_laser,
-                             const BeamFan& fan);
+/// A sweep that takes time: beam i is sent from the pose that lies i / (beams - 1) of the way from
+/// the first to the last.
+struct MovingLaser {
+    Pose2d world_from_first;  ///< the laser at its first beam
+    Pose2d world_from_last;
+};
+
+/// World::cast_ray for all beams at once, and past `people` who stand there besides: each wall and
+/// post is tried only with the beams that point into the angle that it fills.
+std::vector<double> cast_fan(const World& world, const MovingLaser& laser, const BeamFan& fan,
+                             const std::vector<Circle>& people = {});
+
+/// The same from one place.
+inline std::vector<double> cast_fan(const World& world, const Pose2d& world_from_laser,
+                                    const BeamFan& fan) {
+    return cast_fan(world, MovingLaser{world_from_laser, world_from_laser}, fan);
+}
 
 }  // namespace hybrid_slam

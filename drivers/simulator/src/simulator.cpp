@@ -111,7 +111,8 @@ Scan Simulator::State::take_scan(double stamp, const Pose2d& world_from_robot) {
     made.angle_increment = fan.angle_increment;
     made.range_min = kRangeMin;
     made.range_max = config.range_max;
-    for (const double distance : cast_fan(world, world_from_robot, fan)) {
+    const MovingLaser laser{world_from_robot, world_from_robot};  // no motion within a sweep
+    for (const double distance : cast_fan(world, laser, fan, world.people_at(stamp))) {
         made.ranges.push_back(read_range(distance));
     }
     return made;

@@ -10,6 +10,7 @@
 
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/text_file.hpp"
+#include "hybrid_slam/simulator/simulated_vehicle.hpp"
 #include "hybrid_slam/simulator/simulator.hpp"
 #include "hybrid_slam/simulator/world.hpp"
 
@@ -35,13 +36,15 @@ class WorldFile {
         if (!root_.IsMap()) {
             throw Error(file_ + ":1: no world (must hold lines like 'key: value')");
         }
-        check_keys(
-            root_, "world",
-            {"name", "walls", "boxes", "posts", "path", "laps", "start_heading_deg", "simulator"});
+        check_keys(root_, "world",
+                   {"name", "walls", "boxes", "posts", "people", "path", "paths", "laps",
+                    "start_heading_deg", "simulator", "drive"});
     }
 
     World read_world() const;
-    void read_simulator(SimulatorConfig& config) const;
+    /// Sets what the section of that name names, through the config's own list of keys.
+    template <typename Config>
+    void read_section(const char* name, Config& config) const;
 
   private:
     [[noreturn]] void fail(const YAML::Node& node, std::string_view key,
@@ -65,6 +68,8 @@ class WorldFile {
     void add_walls(const YAML::Node& node, World& world) const;
     void add_box(const YAML::Node& node, World& world) const;
     void add_post(const YAML::Node& node, World& world) const;
+    void add_person(const YAML::Node& node, World& world) const;
+    void add_paths(World& world) const;
 
     std::string file_;
     YAML::Node root_;
@@ -236,6 +241,39 @@ void WorldFile::add_post(const YAML::Node& node, World& world) const {
     }
 }
 
+void WorldFile::add_person(const YAML::Node& node, World& world) const {
+    check_keys(node, "people", {"way", "speed", "radius"});
+    Person person;
+    person.way = points(need(node, "way"), "way", 2);
+    if (const YAML::Node speed = node["speed"]) {
+        person.speed = positive(speed, "speed");
+    }
+    if (const YAML::Node radius = node["radius"]) {
+        person.radius = positive(radius, "radius");
+    }
+    if (person.at(0.0).center == person.at(0.5 / person.speed).center) {
+        fail(node, "way", "needs two different points");
+    }
+    world.people.push_back(std::move(person));
+}
+
+void WorldFile::add_paths(World& world) const {
+    world.path = points(need(root_, "path"), "path", 2);
+    const YAML::Node named = root_["paths"];
+    if (!named || named.IsNull()) {
+        return;
+    }
+    if (!named.IsMap()) {
+        fail(named, "paths", "must be a map of names and paths");
+    }
+    for (const auto& item : named) {
+        if (!item.first.IsScalar() || item.first.Scalar().empty()) {
+            fail(item.first, "paths", "the name of a path must be a word");
+        }
+        world.paths[item.first.Scalar()] = points(item.second, item.first.Scalar(), 2);
+    }
+}
+
 World WorldFile::read_world() const {
     World world;
     const YAML::Node name = need(root_, "name");
@@ -252,10 +290,13 @@ World WorldFile::read_world() const {
     for (const YAML::Node& node : optional_list("posts")) {
         add_post(node, world);
     }
-    if (world.walls.size() + world.posts.size() > kMostShapes) {
-        throw Error(fmt::format("{}:1: more than {} walls and posts", file_, kMostShapes));
+    if (world.walls.size() + world.posts.size() + world.people.size() > kMostShapes) {
+        throw Error(fmt::format("{}:1: more than {} walls, posts and people", file_, kMostShapes));
     }
-    world.path = points(need(root_, "path"), "path", 2);
+    for (const YAML::Node& node : optional_list("people")) {
+        add_person(node, world);
+    }
+    add_paths(world);
     if (const YAML::Node laps = root_["laps"]) {
         world.laps = whole(laps, "laps", kMostRepeats);
     }
@@ -265,23 +306,25 @@ World WorldFile::read_world() const {
     return world;
 }
 
-void WorldFile::read_simulator(SimulatorConfig& config) const {
-    const YAML::Node section = root_["simulator"];
+template <typename Config>
+void WorldFile::read_section(const char* name, Config& config) const {
+    const YAML::Node section = root_[name];
     if (!section || section.IsNull()) {
         return;
     }
     if (!section.IsMap()) {
-        fail(section, "simulator", "must be a map");
+        fail(section, name, "must be a map");
     }
     ConfigSchema schema;
-    const ConfigSchema::Section prefix(schema, "simulator");
+    const ConfigSchema::Section prefix(schema, name);
     describe(schema, config);
     for (const auto& item : section) {
         if (!item.first.IsScalar() || !item.second.IsScalar()) {
-            fail(item.first, "simulator", "must hold lines like 'key: value'");
+            fail(item.first, name, "must hold lines like 'key: value'");
         }
         try {
-            schema.override_with("simulator." + item.first.Scalar() + "=" + item.second.Scalar());
+            schema.override_with(std::string(name) + "." + item.first.Scalar() + "=" +
+                                 item.second.Scalar());
         } catch (const Error& error) {
             throw Error(fmt::format("{}:{}: {}", file_, item.first.Mark().line + 1, error.what()));
         }
@@ -292,13 +335,20 @@ void WorldFile::read_simulator(SimulatorConfig& config) const {
 
 World read_world(const std::filesystem::path& file) {
     WorldFile world_file(file);
-    SimulatorConfig checked;  // so that a mistake in the section does not wait for the simulator
-    world_file.read_simulator(checked);
+    // So that a mistake in a section does not wait for what uses it.
+    SimulatorConfig checked_simulator;
+    world_file.read_section("simulator", checked_simulator);
+    SimulatedDriveConfig checked_drive;
+    world_file.read_section("drive", checked_drive);
     return world_file.read_world();
 }
 
 void read_simulator_section(const std::filesystem::path& world_file, SimulatorConfig& config) {
-    WorldFile(world_file).read_simulator(config);
+    WorldFile(world_file).read_section("simulator", config);
+}
+
+void read_drive_section(const std::filesystem::path& world_file, SimulatedDriveConfig& config) {
+    WorldFile(world_file).read_section("drive", config);
 }
 
 }  // namespace hybrid_slam

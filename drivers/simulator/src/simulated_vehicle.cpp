@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid_slam/simulator/simulated_vehicle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "camera_renderer.hpp"
+#include "forklift_drive.hpp"
+#include "hybrid_slam/core/error.hpp"
+#include "noise.hpp"
+#include "simulated_s300.hpp"
+
+namespace hybrid_slam {
+namespace {
+
+constexpr std::uint64_t kCameraStream = std::uint64_t{4} << 32U;
+constexpr double kFirstImage = 0.02;  ///< seconds
+
+/// The path as often as the world's laps or the distance say.
+Points driven_path(const World& world, const std::string& path_name, double distance) {
+    const Points& path = world.path_named(path_name);
+    Points driven;
+    double length = 0.0;
+    const auto append = [&](const Point2& point) {
+        length += driven.empty() ? 0.0 : (point - driven.back()).norm();
+        driven.push_back(point);
+    };
+    if (distance <= 0.0) {
+        for (int lap = 0; lap < world.laps; ++lap) {
+            std::for_each(path.begin(), path.end(), append);
+        }
+        return driven;
+    }
+    while (length < distance) {
+        const double before = length;
+        for (const Point2& point : path) {
+            append(point);
+            if (length >= distance) {
+                const Eigen::Vector2d back = driven[driven.size() - 2] - point;
+                driven.back() += (length - distance) / back.norm() * back;
+                return driven;
+            }
+        }
+        if (!(length > before)) {
+            throw Error("world " + world.name + ": path needs two different points");
+        }
+    }
+    return driven;
+}
+
+/// The camera of a simulated drive.
+class SimulatedCamera {
+  public:
+    SimulatedCamera(const World& world, const ForkliftDrive& drive, const CameraConfig& camera,
+                    const SimulatedDriveConfig& config)
+        : world_(world),
+          drive_(drive),
+          camera_(camera),
+          config_(config),
+          renderer_(world, camera.model, camera.mounting, config.render,
+                    kCameraStream + static_cast<std::uint64_t>(config.seed)),
+          bus_noise_(kCameraStream + static_cast<std::uint64_t>(config.seed)) {
+        draw_arrival();
+    }
+
+    double arrival() const { return arrival_; }
+    bool ended() const { return stamp() > drive_.duration(); }
+
+    CameraFrame next() {
+        const double time = stamp();
+        const Image image = renderer_.render(drive_.world_from_robot(time), drive_.twist(time),
+                                             world_.people_at(time), images_);
+        CameraFrame frame{arrival_, encode_jpeg(image, config_.render.jpeg_quality)};
+        ++images_;
+        draw_arrival();
+        return frame;
+    }
+
+  private:
+    double stamp() const { return kFirstImage + static_cast<double>(images_) / camera_.rate; }
+    void draw_arrival() {
+        arrival_ = stamp() + camera_.latency + config_.camera_jitter * bus_noise_.uniform();
+    }
+
+    const World& world_;
+    const ForkliftDrive& drive_;
+    CameraConfig camera_;
+    SimulatedDriveConfig config_;
+    CameraRenderer renderer_;
+    Noise bus_noise_;
+    std::uint64_t images_ = 0;
+    double arrival_ = 0.0;
+};
+
+VehicleConfig vehicle_of(const RobotConfig& robot, const SimulatedDriveConfig& config) {
+    if (config.speed > robot.vehicle.speed_limit) {
+        throw Error("drive.speed: above the vehicle's speed_limit");
+    }
+    return robot.vehicle;
+}
+
+}  // namespace
+
+struct SimulatedVehicle::State {
+    State(World world_in, const std::string& path, const RobotConfig& robot,
+          const SimulatedDriveConfig& config)
+        : world(std::move(world_in)),
+          drive(driven_path(world, path, config.distance), vehicle_of(robot, config),
+                {config.speed, config.turn_rate}),
+          lidar(world, drive, robot.lidar, config) {
+        if (config.camera && robot.camera.enabled) {
+            camera.emplace(world, drive, robot.camera, config);
+        }
+    }
+
+    World world;
+    ForkliftDrive drive;
+    SimulatedS300 lidar;
+    std::optional<LidarBytes> next_bytes;
+    double next_stamp = 0.0;  ///< of these
+    std::optional<SimulatedCamera> camera;
+    Trajectory truth;
+    double arrival = 0.0;  ///< of the newest event
+};
+
+SimulatedVehicle::SimulatedVehicle(World world, const std::string& path, const RobotConfig& robot,
+                                   const SimulatedDriveConfig& config)
+    : state_(std::make_unique<State>(std::move(world), path, robot, config)) {}
+SimulatedVehicle::~SimulatedVehicle() = default;
+
+std::optional<SensorEvent> SimulatedVehicle::next() {
+    State& state = *state_;
+    if (!state.next_bytes && !state.lidar.ended()) {
+        state.next_stamp = state.lidar.next_stamp();
+        state.next_bytes = state.lidar.next();
+    }
+    const bool image_left = state.camera && !state.camera->ended();
+    if (!state.next_bytes && !image_left) {
+        return std::nullopt;
+    }
+    if (image_left && (!state.next_bytes || state.camera->arrival() < state.next_bytes->arrival)) {
+        state.arrival = state.camera->arrival();
+        return SensorEvent(state.camera->next());
+    }
+    state.arrival = state.next_bytes->arrival;
+    state.truth.push_back({state.next_stamp, state.drive.world_from_robot(state.next_stamp)});
+    return SensorEvent(*std::exchange(state.next_bytes, std::nullopt));
+}
+
+double SimulatedVehicle::progress() const {
+    return std::min(state_->arrival / state_->drive.duration(), 1.0);
+}
+
+const Trajectory& SimulatedVehicle::truth() const {
+    return state_->truth;
+}
+
+double SimulatedVehicle::duration() const {
+    return state_->drive.duration();
+}
+
+void describe(ConfigSchema& schema, SimulatedDriveConfig& config) {
+    schema.add("speed", config.speed, 0.01, 10.0, "m/s");
+    schema.add("turn_rate", config.turn_rate, 0.01, 10.0, "rad/s at most");
+    schema.add("distance", config.distance, 0.0, 1e5,
+               "m, the path again and again; 0 = the world's laps of it");
+    schema.add("range_sigma", config.range_sigma, 0.0, 1.0, "m, Gaussian, per beam");
+    schema.add("range_bias", config.range_bias, -1.0, 1.0, "m, of all ranges");
+    schema.add("dropout", config.dropout, 0.0, 1.0, "probability that a beam returns nothing");
+    schema.add("protective_radius", config.protective_radius, 0.0, 30.0,
+               "m, nearer returns are flagged as in the protective field");
+    schema.add("clock_error", config.clock_error, 0.0, 0.01,
+               "share by which the scanner's clock is wrong at most");
+    schema.add("lidar_jitter", config.lidar_jitter, 0.0, 0.5, "s by which bytes are late at most");
+    schema.add("camera_jitter", config.camera_jitter, 0.0, 0.5,
+               "s by which images are late at most");
+    schema.add("camera", config.camera, "whether there are images");
+    schema.add("seed", config.seed, 0, 1000000000, "of all random numbers");
+    const ConfigSchema::Section section(schema, "render");
+    describe(schema, config.render);
+}
+
+}  // namespace hybrid_slam

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "hybrid_slam/core/source.hpp"
+#include "hybrid_slam/logs/carmen_log.hpp"
+#include "hybrid_slam/sensors/sensor_source.hpp"
+
+namespace hybrid_slam::tools {
+
+/// What a session reads: a log, a recording, live sensors.
+class Input {
+  public:
+    Input() = default;
+    Input(const Input&) = delete;
+    Input& operator=(const Input&) = delete;
+    virtual ~Input() = default;
+
+    virtual Source& source() = 0;
+    /// What was read so far, and what had to be left out.
+    virtual nlohmann::ordered_json counts() const = 0;
+    /// What was not as it should be: "kind: count" each.
+    virtual std::vector<std::string> warnings() const = 0;
+};
+
+/// Opens the folder of a recording or a CARMEN log. Throws Error that names the file.
+std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log);
+
+/// The last part of a path that has one: "drive1" of "drives/drive1/".
+std::string name_of(const std::filesystem::path& path);
+
+std::vector<std::string> warnings_of(const CarmenLogCounts& counts);
+std::vector<std::string> warnings_of(const SensorCounts& counts);
+nlohmann::ordered_json to_json(const CarmenLogCounts& counts);
+nlohmann::ordered_json to_json(const SensorCounts& counts);
+
+}  // namespace hybrid_slam::tools

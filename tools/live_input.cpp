@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "live_input.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+
+#include "interrupt.hpp"
+#include "messages.hpp"
+
+namespace hybrid_slam::tools {
+namespace {
+
+constexpr double kPatience = 0.2;  ///< seconds between two looks at signals and statuses
+
+void say_if_changed(const std::string& device, const DeviceStatus& status, DeviceStatus& said) {
+    if (status.state == said.state && status.detail == said.detail) {
+        return;
+    }
+    const bool came = status.state == DeviceState::kStreaming;
+    const std::string text =
+        came ? device + ": streaming" : fmt::format("{}: {}", device, status.detail);
+    if (came || status.state == DeviceState::kOff) {
+        print_info(text);
+    } else {
+        print_warning(text);
+    }
+    said = status;
+}
+
+class LiveInput : public Input {
+  public:
+    explicit LiveInput(const RobotConfig& robot) : stream_(robot), source_(stream_, robot) {}
+
+    Source& source() override { return source_; }
+    nlohmann::ordered_json counts() const override {
+        nlohmann::ordered_json counts = to_json(source_.counts());
+        const LiveStatus status = stream_.status();
+        counts["lidar"] = {{"connects", status.lidar.connects}, {"dropped", status.lidar.dropped}};
+        counts["camera"] = {{"connects", status.camera.connects},
+                            {"dropped", status.camera.dropped}};
+        return counts;
+    }
+    std::vector<std::string> warnings() const override { return warnings_of(source_.counts()); }
+
+  private:
+    LiveStream stream_;
+    SensorSource source_;
+};
+
+}  // namespace
+
+void add_robot_options(CLI::App& command, RobotOptions& options) {
+    command
+        .add_option("--robot", options.robot,
+                    "Robot (YAML), see config/robots; without it a forklift by default")
+        ->type_name("FILE");
+    command
+        .add_option(
+            "--lidar", options.lidar,
+            "Port of the lidar: /dev/ttyUSB0, tcp://host:port or a file (robot's lidar.port)")
+        ->type_name("PORT");
+    command
+        .add_option("--camera", options.camera,
+                    "/dev/video0, a video or a folder of images (robot's camera.device)")
+        ->type_name("DEVICE");
+    command.add_flag("--no-camera", options.no_camera, "The lidar alone");
+}
+
+RobotConfig robot_of(const RobotOptions& options) {
+    RobotConfig robot = options.robot.empty() ? RobotConfig() : read_robot(options.robot);
+    if (!options.lidar.empty()) {
+        robot.lidar.port = options.lidar;
+    }
+    if (!options.camera.empty()) {
+        robot.camera.device = options.camera;
+        robot.camera.enabled = true;
+    }
+    robot.camera.enabled = robot.camera.enabled && !options.no_camera;
+    return robot;
+}
+
+std::optional<SensorEvent> LiveStream::next() {
+    while (!interrupted() && !sensors_.ended()) {
+        std::optional<SensorEvent> event = sensors_.next_within(kPatience);
+        say_what_changed();
+        if (event) {
+            return event;
+        }
+    }
+    return std::nullopt;
+}
+
+void LiveStream::say_what_changed() {
+    const LiveStatus status = sensors_.status();
+    say_if_changed("lidar", status.lidar, said_.lidar);
+    say_if_changed("camera", status.camera, said_.camera);
+}
+
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot) {
+    return std::make_unique<LiveInput>(robot);
+}
+
+}  // namespace hybrid_slam::tools

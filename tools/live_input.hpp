@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hybrid_slam/live/live_sensors.hpp"
+#include "input.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace hybrid_slam::tools {
+
+/// Which vehicle, and what of its file to change.
+struct RobotOptions {
+    std::filesystem::path robot;  ///< empty: the defaults
+    std::string lidar;            ///< in place of lidar.port
+    std::string camera;           ///< in place of camera.device
+    bool no_camera = false;
+};
+void add_robot_options(CLI::App& command, RobotOptions& options);
+RobotConfig robot_of(const RobotOptions& options);
+
+/// Live devices until a signal comes; says in messages when one of them comes, goes or is silent.
+class LiveStream : public SensorStream {
+  public:
+    explicit LiveStream(const RobotConfig& robot) : sensors_(robot) {}
+
+    std::optional<SensorEvent> next() override;
+    LiveStatus status() const { return sensors_.status(); }
+
+  private:
+    void say_what_changed();
+
+    LiveSensors sensors_;
+    LiveStatus said_;
+};
+
+/// Live devices as the input of a session.
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot);
+
+}  // namespace hybrid_slam::tools
