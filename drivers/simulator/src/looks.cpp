@@ -28,7 +28,6 @@ Grade Looks::grade(int slot, const Eigen::Vector2f& per_column, const Eigen::Vec
                    float spacing) const {
     constexpr float kFewest = 0.25F;  // texels between samples
     constexpr float kWidest = 8.0F;
-    constexpr float kMiddle = 1.0F;    // texels per wanted one at which the next level is due
     const float across = per_column.norm();
     const float down = per_row.norm();
     // The four samples take care of a footprint that is longer than it is wide.
@@ -37,7 +36,7 @@ Grade Looks::grade(int slot, const Eigen::Vector2f& per_column, const Eigen::Vec
     Grade made;
     made.slot = slot;
     while (made.level < scene.atlas.side_bits() &&
-           kMiddle * static_cast<float>(1 << made.level) < wanted) {
+           static_cast<float>(1 << made.level) < wanted) {
         ++made.level;
     }
     made.spread_u = std::clamp(kFewest / std::max(spacing * across, 1e-3F), 1.0F, kWidest);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/lidar/pseudo_terminal.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <optional>
 
@@ -84,6 +86,22 @@ TEST(PseudoTerminal, WhatAReaderLeftIsNotToldToTheNextOne) {
     source.reset();
     EXPECT_FALSE(terminal.has_reader());
     terminal.write(Bytes(10, 2));
+    // Not one of ours, which would throw away by itself what was there before it.
+    const int reader = open(terminal.path().c_str(), O_RDONLY | O_NOCTTY | O_NONBLOCK);
+    ASSERT_GE(reader, 0);
+    Bytes bytes(100);
+    EXPECT_LT(read(reader, bytes.data(), bytes.size()), 0) << "nothing is there";
+    terminal.write({7});
+    EXPECT_TRUE(test::comes_true([&] { return read(reader, bytes.data(), bytes.size()) == 1; }));
+    EXPECT_EQ(bytes[0], 7);
+    close(reader);
+}
+
+TEST(PseudoTerminal, ASerialPortBeginsWithWhatComesAfterItsOpening) {
+    PseudoTerminal terminal;
+    auto source = open_byte_source(lidar_at(terminal.path()));
+    terminal.write(Bytes(3000, 1));
+    source.reset();
     source = open_byte_source(lidar_at(terminal.path()));
     terminal.write(Bytes(20, 3));
     EXPECT_EQ(all_of(*source), Bytes(20, 3));

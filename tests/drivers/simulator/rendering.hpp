@@ -146,6 +146,14 @@ inline std::vector<Eigen::Vector2d> corner_errors(const cv::Mat& image,
     return errors;
 }
 
+inline Eigen::Vector2d mean(const std::vector<Eigen::Vector2d>& vectors) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& vector : vectors) {
+        sum += vector;
+    }
+    return sum / static_cast<double>(vectors.size());
+}
+
 inline std::vector<double> lengths(const std::vector<Eigen::Vector2d>& vectors) {
     std::vector<double> norms;
     for (const Eigen::Vector2d& vector : vectors) {
