@@ -94,13 +94,27 @@ bool PseudoTerminal::has_reader() const {
     return poll(&state, 1, 0) >= 0 && (state.revents & POLLHUP) == 0;
 }
 
+/// What the last reader has not read would greet the next one as stale data. Some of it is on its
+/// way, some is in the buffer of the reading end.
+void PseudoTerminal::forget_leftovers() {
+    had_reader_ = false;
+    tcflush(master_, TCOFLUSH);
+    const int reader = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (reader >= 0) {
+//X
+        close(reader);
+    }
+}
+
 void PseudoTerminal::write(const std::vector<std::uint8_t>& bytes) {
     if (!has_reader()) {
-        // What the last reader left would greet the next one as stale data.
-        tcflush(master_, TCOFLUSH);
+        if (had_reader_) {
+            forget_leftovers();
+        }
         dropped_ += bytes.size();
         return;
     }
+    had_reader_ = true;
     std::size_t done = 0;
     while (done < bytes.size()) {
         const ssize_t count = ::write(master_, bytes.data() + done, bytes.size() - done);

@@ -32,6 +32,7 @@ class Mountings : public testing::TestWithParam<CameraMounting> {};
 TEST_P(Mountings, ShowTheFloorWhereTheCameraModelProjectsIt) {
     const auto errors = floor_errors(CameraModel(), GetParam());
     ASSERT_GE(errors.size(), 20U);
+    std::cout << errors.size() << " " << mean(errors).norm() << " " << mean(lengths(errors)) << "\n";
     EXPECT_LT(mean(errors).norm(), 0.07) << "not by the sampling, but everywhere";
     EXPECT_LT(mean(lengths(errors)), 0.3);
 }
@@ -47,7 +48,7 @@ CameraMounting askew() {
 }
 
 INSTANTIATE_TEST_SUITE_P(CameraRenderer, Mountings,
-                         testing::Values(pitched(15.0), pitched(90.0), askew()));
+                         testing::Values(pitched(15.0), looking_down(2.0), askew()));
 
 TEST(CameraRenderer, RendersAnySize) {
     for (const auto& [width, height] : {std::pair{321, 243}, std::pair{163, 121}}) {

@@ -27,9 +27,18 @@ inline World room(double half_x, double half_y) {
     return world;
 }
 
+/// One metre above the robot's origin.
 inline CameraMounting pitched(double pitch_deg) {
     CameraMounting mounting;
+    mounting.x = 0.0;
+    mounting.z = 1.0;
     mounting.pitch = radians(pitch_deg);
+    return mounting;
+}
+
+inline CameraMounting looking_down(double height) {
+    CameraMounting mounting = pitched(90.0);
+    mounting.z = height;
     return mounting;
 }
 

@@ -35,10 +35,12 @@ class PseudoTerminal {
   private:
     void open();
     void make_link() const;
+    void forget_leftovers();
 
     std::filesystem::path link_;
     std::string device_;
     int master_ = -1;
+    bool had_reader_ = false;  // since leftovers were forgotten
     std::uint64_t dropped_ = 0;
 };
 
