@@ -45,12 +45,14 @@ class RecordingInput : public Input {
     Json counts() const override {
         Json counts = to_json(source_.counts());
         counts["damaged_bytes"] = reader_.damaged_bytes();
+        counts["torn_bytes"] = reader_.torn_bytes();
         return counts;
     }
     std::vector<std::string> warnings() const override {
         std::vector<std::string> warnings = warnings_of(source_.counts());
-        for (std::string& warning :
-             what_happened({{reader_.damaged_bytes(), "damaged bytes of the recording"}})) {
+        for (std::string& warning : what_happened(
+                 {{reader_.damaged_bytes(), "damaged bytes of the recording"},
+                  {reader_.torn_bytes(), "bytes torn off at the end of the recording"}})) {
             warnings.push_back(std::move(warning));
         }
         return warnings;

@@ -1,36 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_input.hpp"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 
 #include "interrupt.hpp"
-#include "messages.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
 constexpr double kPatience = 0.2;  ///< seconds between two looks at signals and statuses
 
-void say_if_changed(const std::string& device, const DeviceStatus& status, DeviceStatus& said) {
-    if (status.state == said.state && status.detail == said.detail) {
-        return;
-    }
-    const bool came = status.state == DeviceState::kStreaming;
-    const std::string text =
-        came ? device + ": streaming" : fmt::format("{}: {}", device, status.detail);
-    if (came || status.state == DeviceState::kOff) {
-        print_info(text);
-    } else {
-        print_warning(text);
-    }
-    said = status;
-}
-
 class LiveInput : public Input {
   public:
-    explicit LiveInput(const RobotConfig& robot) : stream_(robot), source_(stream_, robot) {}
+    explicit LiveInput(const RobotConfig& robot) : stream_(robot), source_(stream_, robot) {
+        stream_.watch(source_);
+    }
 
     Source& source() override { return source_; }
     nlohmann::ordered_json counts() const override {
@@ -83,18 +67,15 @@ RobotConfig robot_of(const RobotOptions& options) {
 std::optional<SensorEvent> LiveStream::next() {
     while (!interrupted() && !sensors_.ended()) {
         std::optional<SensorEvent> event = sensors_.next_within(kPatience);
-        say_what_changed();
+        news_.look(sensors_.status());
+        if (source_ != nullptr) {
+            news_.look(source_->counts().lidar, clock_.seconds());
+        }
         if (event) {
             return event;
         }
     }
     return std::nullopt;
-}
-
-void LiveStream::say_what_changed() {
-    const LiveStatus status = sensors_.status();
-    say_if_changed("lidar", status.lidar, said_.lidar);
-    say_if_changed("camera", status.camera, said_.camera);
 }
 
 std::unique_ptr<Input> open_live_input(const RobotConfig& robot) {

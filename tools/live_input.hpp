@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "device_news.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 #include "input.hpp"
 
@@ -31,13 +33,15 @@ class LiveStream : public SensorStream {
     explicit LiveStream(const RobotConfig& robot) : sensors_(robot) {}
 
     std::optional<SensorEvent> next() override;
+    /// Says when no scans come of what this stream gives to the source.
+    void watch(const SensorSource& source) { source_ = &source; }
     LiveStatus status() const { return sensors_.status(); }
 
   private:
-    void say_what_changed();
-
     LiveSensors sensors_;
-    LiveStatus said_;
+    DeviceNews news_;
+    const SensorSource* source_ = nullptr;
+    Stopwatch clock_;
 };
 
 /// Live devices as the input of a session.

@@ -109,15 +109,14 @@ class VehicleRun {
   public:
     explicit VehicleRun(const SimulateOptions& options)
         : options_(options),
-          robot_(options.robot.empty() ? RobotConfig() : read_robot(options.robot)),
           config_(config_of(options)),
+          robot_(robot_of(options, config_)),
           world_(read_world(options.world)),
           vehicle_(world_, options.path, robot_, config_) {}
 
     Outcome record() {
         RecordingOptions recording;
         recording.origin = "simulated";
-        recording.sync_every = 0.0;
         RecordingWriter writer(options_.out, robot_, recording);
         const Outcome outcome = run([&](const SensorEvent& event) { writer.push(event); });
         writer.close();
@@ -146,6 +145,14 @@ class VehicleRun {
         return config;
     }
 
+    /// The recording is to say of the camera what there was.
+    static RobotConfig robot_of(const SimulateOptions& options,
+                                const SimulatedDriveConfig& config) {
+        RobotConfig robot = options.robot.empty() ? RobotConfig() : read_robot(options.robot);
+        robot.camera.enabled = robot.camera.enabled && config.camera;
+        return robot;
+    }
+
     template <typename Take>
     Outcome run(Take&& take) {
         catch_interrupts();
@@ -172,8 +179,8 @@ class VehicleRun {
     }
 
     const SimulateOptions& options_;
-    RobotConfig robot_;
     SimulatedDriveConfig config_;
+    RobotConfig robot_;
     World world_;
     SimulatedVehicle vehicle_;
 };

@@ -94,14 +94,13 @@ bool PseudoTerminal::has_reader() const {
     return poll(&state, 1, 0) >= 0 && (state.revents & POLLHUP) == 0;
 }
 
-/// What the last reader has not read would greet the next one as stale data. Some of it is on its
-/// way, some is in the buffer of the reading end.
+/// What the last reader has not read would greet the next one as stale data; only the reading end
+/// can drop it.
 void PseudoTerminal::forget_leftovers() {
     had_reader_ = false;
-    tcflush(master_, TCOFLUSH);
     const int reader = ::open(device_.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
     if (reader >= 0) {
-//X
+        tcflush(reader, TCIFLUSH);
         close(reader);
     }
 }

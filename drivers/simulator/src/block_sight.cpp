@@ -42,7 +42,8 @@ int BlockSight::only_slot() const {
     if (!skyline_.has_people() || !may_show_person()) {
         return slot_behind_people();
     }
-    const int person = skyline_.people().slot[static_cast<std::size_t>(skyline_.next_person()[low_])];
+    const int person =
+        skyline_.people().slot[static_cast<std::size_t>(skyline_.next_person()[low_])];
     bool alone = true;
     bool before = true;
     for (std::size_t i = low_; i <= high_; ++i) {
@@ -118,8 +119,8 @@ int BlockSight::slot_behind_people() const {
     if (lens_.least_slope > above * most) {
         return View::kRoofSlot;
     }
-    const bool within = lens_.least_slope > -camera_height_ * least &&
-                        lens_.most_slope < above * least;
+    const bool within =
+        lens_.least_slope > -camera_height_ * least && lens_.most_slope < above * least;
     return single && within ? skyline_.walls().slot[low_] : Skyline::kNone;
 }
 

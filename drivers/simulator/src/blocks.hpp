@@ -27,13 +27,13 @@ class MixedPainter {
         int slot = Skyline::kNone;
         Grade grade;
         TexelSource source;
-        float scale = 1.0F;      ///< from texels of level 0 to those of the level
-        Eigen::Vector3f ray;     ///< the first that met it
-        Eigen::Vector2f spot;    ///< of that ray; texels of level 0
-        BlockSpots spots;        ///< texels of the level, as are the limits
+        float scale = 1.0F;    ///< from texels of level 0 to those of the level
+        Eigen::Vector3f ray;   ///< the first that met it
+        Eigen::Vector2f spot;  ///< of that ray; texels of level 0
+        BlockSpots spots;      ///< texels of the level, as are the limits
         Eigen::Array2f least;
         Eigen::Array2f most;
-        BlockPlaces places;      ///< of one sample
+        BlockPlaces places;  ///< of one sample
         BlockFloats light;
     };
     using Numbers = std::array<int, kBlockPixels>;

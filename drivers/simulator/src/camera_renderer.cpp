@@ -124,7 +124,7 @@ Eigen::Vector2d CameraRenderer::State::smear(const Eigen::Vector3d& twist) const
 Rays CameraRenderer::State::rays_for(const Eigen::Vector3d& twist) const {
     constexpr double kStill = 0.1;       // pixels
     constexpr double kTwoMoments = 2.0;  // pixels
-    constexpr double kPerGroup = 7.0;    // pixels
+    constexpr double kPerGroup = 5.0;    // pixels
     const Eigen::Vector2d smeared = smear(twist);
     const double length = smeared.norm();
     Rays rays;

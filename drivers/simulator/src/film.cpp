@@ -67,11 +67,10 @@ void Film::develop(const BlockLight& light, int column, int row, Image& image) c
         for (std::size_t i = 0; i < kBlock; ++i) {
             std::memcpy(&bytes[kChannels * i], &words[i], sizeof(std::int32_t));
         }
-        std::uint8_t* target =
-            &image.pixels[(static_cast<std::size_t>(row + line) *
-                               static_cast<std::size_t>(image.width) +
-                           static_cast<std::size_t>(column)) *
-                          kChannels];
+        std::uint8_t* target = &image.pixels[(static_cast<std::size_t>(row + line) *
+                                                  static_cast<std::size_t>(image.width) +
+                                              static_cast<std::size_t>(column)) *
+                                             kChannels];
         std::memcpy(target, bytes.data(), static_cast<std::size_t>(kChannels * columns));
     }
 }

@@ -26,7 +26,7 @@ class Film {
 
     double noise_sigma_;
     std::uint64_t seed_;
-    std::vector<float> noise_;  ///< kDraws and another row
+    std::vector<float> noise_;           ///< kDraws and another row
     std::vector<std::uint32_t> starts_;  ///< in noise_, of each row and channel
 };
 

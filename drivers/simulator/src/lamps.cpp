@@ -54,7 +54,8 @@ double Lamps::sum_of_lamps(double x, double y, double height) const {
     for (int row = middle_row - kReach; row <= middle_row + kReach; ++row) {
         for (int column = middle_column - kReach; column <= middle_column + kReach; ++column) {
             if (is_lit(column, row)) {
-                sum += irradiance(x - (column + 0.5) * kSpacing, y - (row + 0.5) * kSpacing, height);
+                sum +=
+                    irradiance(x - (column + 0.5) * kSpacing, y - (row + 0.5) * kSpacing, height);
             }
         }
     }
@@ -80,7 +81,8 @@ float Lamps::light(float x, float y) const {
     const int row = (low_y & kMask) * kNodes;
     const int next_column = (column + 1) & kMask;
     const int next_row = (row + kNodes) & (kNodes * kNodes - 1);
-    const float low = nodes_[row + column] + right * (nodes_[row + next_column] - nodes_[row + column]);
+    const float low =
+        nodes_[row + column] + right * (nodes_[row + next_column] - nodes_[row + column]);
     const float high = nodes_[next_row + column] +
                        right * (nodes_[next_row + next_column] - nodes_[next_row + column]);
     return low + up * (high - low);

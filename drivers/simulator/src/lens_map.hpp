@@ -70,7 +70,8 @@ struct LensMap {
     std::vector<float> slope;  ///< rise per metre ahead of the face
 
   private:
-    void aim(std::size_t pixel, const Eigen::Vector3d& ray, const Eigen::Matrix3d& level_from_camera);
+    void aim(std::size_t pixel, const Eigen::Vector3d& ray,
+             const Eigen::Matrix3d& level_from_camera);
     void summarize(int block, double reach);
 };
 

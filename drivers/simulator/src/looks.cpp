@@ -31,12 +31,10 @@ Grade Looks::grade(int slot, const Eigen::Vector2f& per_column, const Eigen::Vec
     const float across = per_column.norm();
     const float down = per_row.norm();
     // The four samples take care of a footprint that is longer than it is wide.
-    const float wanted =
-        std::max(spacing * std::max(across, down), 0.7F * std::min(across, down));
+    const float wanted = std::max(spacing * std::max(across, down), 0.7F * std::min(across, down));
     Grade made;
     made.slot = slot;
-    while (made.level < scene.atlas.side_bits() &&
-           static_cast<float>(1 << made.level) < wanted) {
+    while (made.level < scene.atlas.side_bits() && static_cast<float>(1 << made.level) < wanted) {
         ++made.level;
     }
     made.spread_u = std::clamp(kFewest / std::max(spacing * across, 1e-3F), 1.0F, kWidest);

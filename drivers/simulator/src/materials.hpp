@@ -29,13 +29,13 @@ struct FloorMaterials {
 
 struct WallMaterials {
     Pictures brick;
-    Pictures block;   ///< hollow blocks of concrete
-    Pictures panel;   ///< sheet metal with vertical ribs
-    Pictures plain;   ///< white paint: next to no features
+    Pictures block;     ///< hollow blocks of concrete
+    Pictures panel;     ///< sheet metal with vertical ribs
+    Pictures plain;     ///< white paint: next to no features
     Pictures skirting;  ///< plain, with a skirting board
-    Pictures door;    ///< two columns of kDoorRows, bottom up
-    Pictures signs;   ///< on white paint
-    Pictures posters;  ///< on brick
+    Pictures door;      ///< two columns of kDoorRows, bottom up
+    Pictures signs;     ///< on white paint
+    Pictures posters;   ///< on brick
     Pictures cartons;
     Pictures pallets;  ///< cartons on a pallet
     Pictures beams;    ///< cartons above the beam of a rack

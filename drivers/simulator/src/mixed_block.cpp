@@ -41,8 +41,8 @@ void MixedPainter::sort_rays(const View& view, const RaySample& sample, float sp
     const Skyline& skyline = view.skyline(sample.moment);
     const LensBlock& lens = looks_.lens.blocks[static_cast<std::size_t>(block_)];
     const std::size_t first = LensMap::first_pixel(block_);
-    const float entry_step = sample.du * lens.entry_du + sample.dv * lens.entry_dv -
-                             static_cast<float>(skyline.first());
+    const float entry_step =
+        sample.du * lens.entry_du + sample.dv * lens.entry_dv - static_cast<float>(skyline.first());
     const float slope_step = sample.du * lens.slope_du + sample.dv * lens.slope_dv;
     const float* entries = &looks_.lens.entry[first];
     const float* slopes = &looks_.lens.slope[first];
@@ -71,9 +71,8 @@ void MixedPainter::sort_rays(const View& view, const RaySample& sample, float sp
     }
     has_people_ = skyline.has_people();
     for (std::size_t pixel = 0; has_people_ && pixel < kBlockPixels; ++pixel) {
-        const int person =
-            person_at(skyline, static_cast<std::size_t>(indices[pixel]),
-                      slopes[pixel] + slope_step, camera_height_);
+        const int person = person_at(skyline, static_cast<std::size_t>(indices[pixel]),
+                                     slopes[pixel] + slope_step, camera_height_);
         person_[pixel] = person == Skyline::kNone ? person : surface(view, person, pixel, spacing);
     }
 }

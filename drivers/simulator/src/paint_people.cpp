@@ -66,10 +66,9 @@ Color figure(const Outfit& outfit, float side, float height) {
 
 std::vector<Pictures> paint_people(Painter& painter) {
     constexpr float kAspect = 0.33F;  // of the widest place to the height
-    const std::vector<Outfit> outfits = {
-        {{40.0F, 170.0F, 225.0F}, {70.0F, 52.0F, 44.0F}, true},
-        {{120.0F, 84.0F, 58.0F}, {58.0F, 56.0F, 56.0F}, false},
-        {{60.0F, 62.0F, 120.0F}, {92.0F, 86.0F, 80.0F}, false}};
+    const std::vector<Outfit> outfits = {{{40.0F, 170.0F, 225.0F}, {70.0F, 52.0F, 44.0F}, true},
+                                         {{120.0F, 84.0F, 58.0F}, {58.0F, 56.0F, 56.0F}, false},
+                                         {{60.0F, 62.0F, 120.0F}, {92.0F, 86.0F, 80.0F}, false}};
     std::vector<Pictures> people;
     for (const Outfit& outfit : outfits) {
         Pictures rows;

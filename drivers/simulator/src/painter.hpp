@@ -16,9 +16,7 @@ struct Painter {
     float between(double low, double high) {
         return static_cast<float>(low + (high - low) * random.uniform());
     }
-    int below(int count) {
-        return std::min(static_cast<int>(random.uniform() * count), count - 1);
-    }
+    int below(int count) { return std::min(static_cast<int>(random.uniform() * count), count - 1); }
     Canvas canvas(const Color& color) const;
     /// Large blotches and fine grain, each anew placed.
     void soil(Canvas& canvas, float blotches, float fine);

@@ -88,8 +88,7 @@ bool Decorator::on_line(int across, int along, std::uint64_t salt) const {
     constexpr int kPiece = 16;  // cells in one piece of a line
     const auto lane = static_cast<std::uint64_t>(across / kLanes);
     const std::uint64_t hashed = hash(seed_, salt, lane);
-    const bool painted =
-        unit_of(hash(hashed, static_cast<std::uint64_t>(along / kPiece))) < 0.6;
+    const bool painted = unit_of(hash(hashed, static_cast<std::uint64_t>(along / kPiece))) < 0.6;
     return painted && across % kLanes == static_cast<int>(hashed % kLanes);
 }
 
@@ -151,8 +150,7 @@ void Decorator::lay_roof() {
         for (int u = 0; u < 1 << kBits; ++u) {
             const bool lamp = u % 4 == 1 && v % 4 == 1 && scene_.lamps.is_lit(u / 4, v / 4);
             const bool beam = v % 4 == 3;
-            scene_.cells[scene_.roof.index(u, v)] =
-                materials_.roof[lamp ? 2U : (beam ? 1U : 0U)];
+            scene_.cells[scene_.roof.index(u, v)] = materials_.roof[lamp ? 2U : (beam ? 1U : 0U)];
         }
     }
     scene_.haze = make_grid(0, 0);
@@ -181,7 +179,8 @@ Picture Decorator::wall_picture(WallKind kind, int u, int v, std::uint64_t hashe
     const bool at_eye_level = v == 1 || v == 2;
     switch (kind) {
         case WallKind::kBrick:
-            return pick(at_eye_level && hashed % 9 == 0 ? walls.posters : walls.brick, hash(hashed));
+            return pick(at_eye_level && hashed % 9 == 0 ? walls.posters : walls.brick,
+                        hash(hashed));
         case WallKind::kBlock:
             return pick(walls.block, hashed);
         case WallKind::kPanel:
@@ -215,9 +214,8 @@ CellGrid Decorator::decorate(WallKind kind, int columns, std::uint64_t number) {
             const bool same = piece == 0 || kind == WallKind::kStorage;
             const std::uint64_t hashed =
                 hash(seed_, number, static_cast<std::uint64_t>((v << kMostWallBits) + u));
-            scene_.cells[grid.index(u, v)] =
-                wall_picture(same ? kind : random_kind(hash(number, piece)), u,
-                             std::min(v, rows - 1), hashed);
+            scene_.cells[grid.index(u, v)] = wall_picture(
+                same ? kind : random_kind(hash(number, piece)), u, std::min(v, rows - 1), hashed);
         }
     }
     return grid;
@@ -274,7 +272,8 @@ void Decorator::add_walls(const std::vector<Segment>& walls) {
     }
 }
 
-/// As flats that lie a millimetre within the circle in their middle and as much outside at their ends.
+/// As flats that lie a millimetre within the circle in their middle and as much outside at their
+/// ends.
 void Decorator::add_post(const Circle& post) {
     constexpr double kSagitta = 0.002;  // metres
     const double share = std::max(1.0 - kSagitta / post.radius, 0.5);
@@ -331,7 +330,8 @@ FigureCover Figure::cover(const Eigen::Array2f& least, const Eigen::Array2f& mos
     bool all = true;
     bool nothing = true;
     for (int row = square(least.y(), rows); row <= square(most.y(), rows); ++row) {
-        for (int column = square(least.x(), kSquares); column <= square(most.x(), kSquares); ++column) {
+        for (int column = square(least.x(), kSquares); column <= square(most.x(), kSquares);
+             ++column) {
             const bool on_board = row >= 0 && row < rows && column >= 0 && column < kSquares;
             const FigureCover here =
                 on_board ? squares[static_cast<std::size_t>(row * kSquares + column)]

@@ -28,11 +28,11 @@ void Skyline::clear() {
 void Skyline::add(Layer& layer, const Eigen::Vector2d& start, const Eigen::Vector2d& end,
                   int slot) {
     for (int face = 0; face < HorizonFaces::kFaces; ++face) {
-        const bool seen = (face + 1) * faces_.entries > first_ &&
-                          face * faces_.entries < first_ + size();
+        const bool seen =
+            (face + 1) * faces_.entries > first_ && face * faces_.entries < first_ + size();
         if (seen) {
-            add_in_face(layer, HorizonFaces::in_face(face, start),
-                        HorizonFaces::in_face(face, end), face, slot);
+            add_in_face(layer, HorizonFaces::in_face(face, start), HorizonFaces::in_face(face, end),
+                        face, slot);
         }
     }
 }

@@ -47,8 +47,7 @@ class Skyline {
 
   private:
     void add(Layer& layer, const Eigen::Vector2d& start, const Eigen::Vector2d& end, int slot);
-    void add_in_face(Layer& layer, Eigen::Vector2d start, Eigen::Vector2d end, int face,
-                     int slot);
+    void add_in_face(Layer& layer, Eigen::Vector2d start, Eigen::Vector2d end, int face, int slot);
 
     HorizonFaces faces_;
     int first_;

@@ -38,7 +38,8 @@ Patch patch_of(const Looks& looks, const View& view, int block, int slot_number,
     return patch;
 }
 
-void sum_patch(const Patch& patch, const BlockSpots& spots, const FourSteps& steps, BlockTexels& sums) {
+void sum_patch(const Patch& patch, const BlockSpots& spots, const FourSteps& steps,
+               BlockTexels& sums) {
     Eigen::Array2f farthest = Eigen::Array2f::Zero();
     for (const Eigen::Vector2f& step : steps) {
         farthest = farthest.max(step.array().abs());
@@ -50,7 +51,8 @@ void sum_patch(const Patch& patch, const BlockSpots& spots, const FourSteps& ste
         least = least.min(corner.array());
         most = most.max(corner.array());
     }
-    const float cells = 1.0F / static_cast<float>(1 << (patch.source.side_bits + patch.grade.level));
+    const float cells =
+        1.0F / static_cast<float>(1 << (patch.source.side_bits + patch.grade.level));
     // Cut off towards zero like the texels; cell 0 then reaches to both sides of it.
     const Eigen::Array2i low = (cells * (least - farthest)).cast<int>();
     const Eigen::Array2i high = (cells * (most + farthest)).cast<int>();

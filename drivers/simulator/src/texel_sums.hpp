@@ -46,8 +46,8 @@ struct BlockPlaces {
 
     Texel texel(const TexelSource& source, int pixel) const {
         const std::size_t picture = source.cells[cell[pixel]];
-        return source.texels[(picture << (2 * source.side_bits)) |
-                             static_cast<std::size_t>(within[pixel])];
+        return source
+            .texels[(picture << (2 * source.side_bits)) | static_cast<std::size_t>(within[pixel])];
     }
 };
 void find_places(const TexelSource& source, const BlockSpots& spots, const Eigen::Vector2f& step,

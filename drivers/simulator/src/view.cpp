@@ -145,8 +145,8 @@ void View::add_standing(const WallSurface& surface, double height, Slot::Kind ki
     slot.v_most = static_cast<float>(texels_ * surface.v_cells);
     const double metres = surface.length / (texels_ * surface.u_cells);
     slot.u_step = (metres * surface.along).cast<float>();
-    slot.origin = (surface.segment.start -
-                   metres * texels_ * surface.u_start * surface.along).cast<float>();
+    slot.origin =
+        (surface.segment.start - metres * texels_ * surface.u_start * surface.along).cast<float>();
     slot.rise = static_cast<float>(height / (texels_ * surface.v_cells));
     slots_.push_back(slot);
     standing_.push_back(surface);
@@ -159,8 +159,8 @@ void View::add_person(const Circle& person, std::size_t number) {
     if (!(towards.norm() > person.radius) || !(person.radius > 0.0)) {
         return;
     }
-    const Eigen::Vector2d half = person.radius *
-                                 Eigen::Vector2d(-towards.y(), towards.x()).normalized();
+    const Eigen::Vector2d half =
+        person.radius * Eigen::Vector2d(-towards.y(), towards.x()).normalized();
     WallSurface board;
     board.segment = {person.center + half, person.center - half};
     board.length = 2.0 * person.radius;
@@ -207,10 +207,10 @@ void View::lay_level_slot(double cell, const CellGrid& cells, Slot::Kind kind) {
 
 void View::map_all(const CameraPose& pose) {
     const double height = pose.position.z();
-    maps_.push_back(level_map(pose, -height, level_origin(floor_tile_, scene_.floor),
-                              texels_ / floor_tile_));
-    maps_.push_back(level_map(pose, ceiling_height_ - height,
-                              level_origin(kRoofCell, scene_.roof), texels_ / kRoofCell));
+    maps_.push_back(
+        level_map(pose, -height, level_origin(floor_tile_, scene_.floor), texels_ / floor_tile_));
+    maps_.push_back(level_map(pose, ceiling_height_ - height, level_origin(kRoofCell, scene_.roof),
+                              texels_ / kRoofCell));
     for (std::size_t i = 0; i < standing_.size(); ++i) {
         maps_.push_back(wall_map(pose, standing_[i], heights_[i], texels_));
     }

@@ -94,8 +94,8 @@ class View {
     double texels_;  ///< of a cell's side
 
     CameraPose middle_;
-    double moved_ = 0.0;   ///< metres, at most, from there in the exposure
-    double turned_ = 0.0;  ///< radians
+    double moved_ = 0.0;                 ///< metres, at most, from there in the exposure
+    double turned_ = 0.0;                ///< radians
     std::vector<WallSurface> standing_;  ///< their slots begin at kFirstStanding
     std::vector<double> heights_;
     std::vector<Slot> slots_;
