@@ -5,6 +5,7 @@
 #include <thread>
 #include <vector>
 
+#include "hybrid_slam/lidar/pseudo_terminal.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 #include "streams.hpp"
 
@@ -66,5 +67,21 @@ class Collector {
     std::vector<double> arrivals_;
     std::thread thread_;
 };
+
+/// Writes telegrams of the numbers 0, 2, ... and lets each few arrive before the next ones: a
+/// terminal's buffer holds some 18, however long this machine is busy with something else.
+inline bool send_telegrams(PseudoTerminal& terminal, const Collector& collector,
+                           std::size_t count) {
+    constexpr std::size_t kTogether = 8;
+    for (std::size_t i = 0; i < count; ++i) {
+        terminal.write(telegram_bytes(2 * static_cast<std::uint32_t>(i)));
+        const std::size_t sent = i + 1;
+        const auto arrived = [&] { return scan_numbers(collector.bytes()).size() >= sent; };
+        if ((sent % kTogether == 0 || sent == count) && !comes_true(arrived)) {
+            return false;
+        }
+    }
+    return true;
+}
 
 }  // namespace hybrid_slam::test
