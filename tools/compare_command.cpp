@@ -247,6 +247,9 @@ std::filesystem::path make_folder(const CompareOptions& options) {
     const std::filesystem::path folder =
         options.out.empty() ? std::filesystem::path(stem_of(name_of(options.drive)) + "_compare")
                             : options.out;
+    if (std::filesystem::exists(folder / "manifest.json")) {
+        throw Error(folder.string() + ": holds a map or a recording; the comparison needs its own");
+    }
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error || !std::filesystem::is_directory(folder)) {

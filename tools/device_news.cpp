@@ -8,7 +8,7 @@
 namespace hybrid_slam::tools {
 namespace {
 
-constexpr double kPatience = 3.0;  ///< seconds of telegrams without a scan
+constexpr double kPatience = 3.0;  ///< seconds of telegrams without a scan, of images undropped
 
 /// Empty when no telegram came since.
 std::string why_no_scans(const LidarCounts& before, const LidarCounts& now) {
@@ -65,12 +65,16 @@ void DeviceNews::look(const LidarCounts& counts, double now) {
     }
 }
 
-void DeviceNews::look_at_images(const std::string& trouble) {
-    if (trouble != image_trouble_) {
-        say(trouble.empty(),
-            trouble.empty() ? "images are recorded again" : "images are dropped: " + trouble);
-        image_trouble_ = trouble;
+void DeviceNews::look_at_images(const std::string& trouble, double now) {
+    if (!trouble.empty()) {
+        last_image_trouble_ = now;
     }
+    if (trouble == image_trouble_ || (trouble.empty() && now - last_image_trouble_ < kPatience)) {
+        return;
+    }
+    say(trouble.empty(),
+        trouble.empty() ? "images are recorded again" : "images are dropped: " + trouble);
+    image_trouble_ = trouble;
 }
 
 void DeviceNews::say(bool good, const std::string& text) const {

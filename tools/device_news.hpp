@@ -17,8 +17,9 @@ class DeviceNews {
     void look(const LiveStatus& status);
     /// Telegrams without a scan in them for seconds, and scans again. `now` in seconds.
     void look(const LidarCounts& counts, double now);
-    /// Why images are not written; empty when they are.
-    void look_at_images(const std::string& trouble);
+    /// Why images are dropped; empty when they are not, which is said when it has been so for
+    /// seconds. `now` in seconds.
+    void look_at_images(const std::string& trouble, double now);
 
   private:
     void look(const std::string& device, const DeviceStatus& status, DeviceStatus& said);
@@ -30,6 +31,7 @@ class DeviceNews {
     double last_scan_ = 0.0;
     bool scans_missing_ = false;
     std::string image_trouble_;
+    double last_image_trouble_ = 0.0;
 };
 
 }  // namespace hybrid_slam::tools

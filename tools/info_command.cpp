@@ -52,7 +52,15 @@ bool draw_picture(const InfoOptions& options, const Inspection& inspection) {
     if (file.empty() || (images.empty() && inspection.samples.empty())) {
         return false;
     }
-    draw_strip(name_of(options.folder), inspection, images).write_png(file);
+    try {
+        draw_strip(name_of(options.folder), inspection, images).write_png(file);
+    } catch (const Error& error) {
+        if (!options.picture.empty()) {
+            throw;
+        }
+        print_warning(error.what());  // nobody asked for it: the verdict is what counts
+        return false;
+    }
     return true;
 }
 

@@ -38,8 +38,9 @@ class LogInput : public Input {
 
 class RecordingInput : public Input {
   public:
-    explicit RecordingInput(const std::filesystem::path& folder)
-        : reader_(folder, false), source_(reader_, reader_.robot()) {}
+    RecordingInput(const std::filesystem::path& folder, const std::filesystem::path& robot)
+        : reader_(folder, false),
+          source_(reader_, robot.empty() ? reader_.robot() : read_robot(robot)) {}
 
     Source& source() override { return source_; }
     Json counts() const override {
@@ -65,12 +66,16 @@ class RecordingInput : public Input {
 
 }  // namespace
 
-std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log) {
+std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log,
+                                  const std::filesystem::path& robot) {
     if (std::filesystem::is_directory(path)) {
         if (!is_recording(path)) {
             throw Error(path.string() + ": is a folder, but no recording");
         }
-        return std::make_unique<RecordingInput>(path);
+        return std::make_unique<RecordingInput>(path, robot);
+    }
+    if (!robot.empty()) {
+        throw Error(path.string() + ": is a log, which --robot says nothing of");
     }
     return std::make_unique<LogInput>(path, log);
 }
@@ -89,16 +94,33 @@ std::vector<std::string> warnings_of(const CarmenLogCounts& counts) {
                           {counts.not_finite, "ranges that are no numbers"}});
 }
 
-std::vector<std::string> warnings_of(const SensorCounts& counts) {
+std::vector<Loss> losses_of(const SensorCounts& counts) {
     const LidarCounts& lidar = counts.lidar;
-    return what_happened({{lidar.missed_scans, "scans missed"},
-                          {lidar.repeated_scans, "scans repeated"},
-                          {lidar.stream.bad_checksums, "telegrams with a wrong checksum"},
-                          {lidar.stream.bad_contents, "telegrams that make no sense"},
-                          {lidar.standby_scans, "scans in stand-by"},
-                          {lidar.lockout_telegrams, "telegrams in lock-out"},
-                          {lidar.counter_resets, "restarts of the scanner"},
-                          {counts.bad_images, "unreadable images"}});
+    const S300StreamCounts& stream = lidar.stream;
+    return {{lidar.missed_scans, "missed_scans", "scans missed"},
+            {lidar.repeated_scans, "repeated_scans", "scans repeated"},
+            {lidar.standby_scans, "standby_scans", "scans in stand-by"},
+            {lidar.lockout_telegrams, "lockout_telegrams", "telegrams in lock-out"},
+            {lidar.other_fields, "other_fields", "telegrams of another measuring field"},
+            {lidar.other_devices, "other_devices", "telegrams of another scanner"},
+            {lidar.without_distances, "without_distances", "telegrams without distances", true},
+            {lidar.counter_resets, "counter_resets", "restarts of the scanner"},
+            {lidar.clock_resets, "clock_resets", "new fits of the scanner's clock"},
+            {stream.bad_checksums, "bad_checksums", "telegrams with a wrong checksum"},
+            {stream.bad_contents, "bad_contents", "telegrams that make no sense"},
+            {stream.overlapping, "overlapping", "telegrams within another one"},
+            {stream.garbage_bytes, "garbage_bytes", "bytes of no telegram", true},
+            {counts.bad_images, "bad_images", "unreadable images"}};
+}
+
+std::vector<std::string> warnings_of(const SensorCounts& counts) {
+    std::vector<std::string> warnings;
+    for (const Loss& loss : losses_of(counts)) {
+        if (loss.count > 0 && !loss.harmless) {
+            warnings.push_back(std::string(loss.words) + ": " + with_commas(loss.count));
+        }
+    }
+    return warnings;
 }
 
 Json to_json(const CarmenLogCounts& counts) {
@@ -119,28 +141,18 @@ Json to_json(const CarmenLogCounts& counts) {
 
 Json to_json(const SensorCounts& counts) {
     const LidarCounts& lidar = counts.lidar;
-    const S300StreamCounts& stream = lidar.stream;
-    return {{"scans", lidar.scans},
-            {"beams", lidar.beams},
-            {"no_returns", lidar.no_returns},
-            {"missed_scans", lidar.missed_scans},
-            {"repeated_scans", lidar.repeated_scans},
-            {"standby_scans", lidar.standby_scans},
-            {"lockout_telegrams", lidar.lockout_telegrams},
-            {"without_distances", lidar.without_distances},
-            {"other_fields", lidar.other_fields},
-            {"other_devices", lidar.other_devices},
-            {"counter_resets", lidar.counter_resets},
-            {"protective_scans", lidar.protective_scans},
-            {"warning_scans", lidar.warning_scans},
-            {"stream",
-             {{"bytes", stream.bytes},
-              {"telegrams", stream.telegrams},
-              {"garbage_bytes", stream.garbage_bytes},
-              {"bad_checksums", stream.bad_checksums},
-              {"bad_contents", stream.bad_contents}}},
-            {"images", counts.images},
-            {"bad_images", counts.bad_images}};
+    Json json = {{"scans", lidar.scans},
+                 {"beams", lidar.beams},
+                 {"no_returns", lidar.no_returns},
+                 {"protective_scans", lidar.protective_scans},
+                 {"warning_scans", lidar.warning_scans},
+                 {"images", counts.images},
+                 {"telegrams", lidar.stream.telegrams},
+                 {"bytes", lidar.stream.bytes}};
+    for (const Loss& loss : losses_of(counts)) {
+        json[loss.key] = loss.count;
+    }
+    return json;
 }
 
 }  // namespace hybrid_slam::tools

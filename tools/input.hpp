@@ -28,11 +28,25 @@ class Input {
     virtual std::vector<std::string> warnings() const = 0;
 };
 
-/// Opens the folder of a recording or a CARMEN log. Throws Error that names the file.
-std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log);
+/// Opens the folder of a recording or a CARMEN log. `robot`, a file, is taken in place of the one
+/// that was recorded; a log has none. Throws Error that names the file.
+std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log,
+                                  const std::filesystem::path& robot = {});
 
 /// The last part of a path that has one: "drive1" of "drives/drive1/".
 std::string name_of(const std::filesystem::path& path);
+
+/// One kind of what was lost or not as it should be.
+struct Loss {
+    std::uint64_t count = 0;
+    const char* key = "";    ///< in JSON
+    const char* words = "";  ///< for people
+    /// A live stream always begins with some: told by `info`, no warning.
+    bool harmless = false;
+};
+
+/// All kinds, those that did not happen too.
+std::vector<Loss> losses_of(const SensorCounts& counts);
 
 std::vector<std::string> warnings_of(const CarmenLogCounts& counts);
 std::vector<std::string> warnings_of(const SensorCounts& counts);

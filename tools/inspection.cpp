@@ -21,7 +21,7 @@ constexpr std::size_t kMostSamples = 32;
 // What tells that a beam does not end where it did before: more than noise and quantisation.
 constexpr double kChange = 0.2;           // metres
 constexpr double kChangeShare = 0.02;     // of the range
-constexpr double kMovedFrom = 0.15;       // share of the beams; a passer-by changes fewer
+constexpr double kMovedFrom = 0.05;       // share of the beams; in a long corridor few change
 constexpr std::size_t kFewestScans = 10;  // for a map
 
 // What is needed for a map.
@@ -105,6 +105,7 @@ class Tap : public SensorStream {
             measure(*frame);
         } else {
             lidar_bytes_ += std::get<LidarBytes>(*event).bytes.size();
+            ++lidar_chunks_;
         }
         return event;
     }
@@ -115,6 +116,7 @@ class Tap : public SensorStream {
     const std::vector<double>& images() const { return images_; }
     std::uint64_t image_bytes() const { return image_bytes_; }
     std::uint64_t lidar_bytes() const { return lidar_bytes_; }
+    std::uint64_t lidar_chunks() const { return lidar_chunks_; }
     int image_width() const { return width_; }
     int image_height() const { return height_; }
 
@@ -139,6 +141,7 @@ class Tap : public SensorStream {
     std::vector<double> images_;
     std::uint64_t image_bytes_ = 0;
     std::uint64_t lidar_bytes_ = 0;
+    std::uint64_t lidar_chunks_ = 0;
     int width_ = 0;
     int height_ = 0;
 };
@@ -230,10 +233,62 @@ void warn_of_ends(const Inspection& inspection, std::vector<std::string>& warnin
     }
 }
 
-/// Of the manifest and the images.
+/// A closed recording says how much there must be.
+void warn_of_missing(std::uint64_t written, std::uint64_t there, const char* what,
+                     std::vector<std::string>& warnings) {
+    if (there < written) {
+        warnings.push_back(fmt::format("{} of {} {} are missing: its files were cut or damaged",
+                                       with_commas(written - there), with_commas(written), what));
+    }
+}
+
+/// What happened before anything was written.
+void warn_of_devices(const RecordingDevices& devices, std::vector<std::string>& warnings) {
+    const std::pair<std::uint64_t, const char*> losses[] = {
+        {devices.lidar_dropped, "pieces of the lidar's bytes dropped before they were written"},
+        {devices.camera_dropped, "images dropped before they were written"},
+        {devices.lidar_connects > 1 ? devices.lidar_connects - 1 : 0, "times the lidar came back"},
+        {devices.camera_connects > 1 ? devices.camera_connects - 1 : 0,
+         "times the camera came back"}};
+    for (const auto& [count, what] : losses) {
+        if (count > 0) {
+            warnings.push_back(with_commas(count) + " " + what);
+        }
+    }
+}
+
+void warn_of_images(const Inspection& inspection, std::vector<std::string>& warnings) {
+    if (const Gap gap = inspection.images.longest_gap(); gap.seconds > kLongestGap) {
+        warnings.push_back("no image for " + at(gap));
+    }
+    const CameraModel& model = inspection.robot.camera.model;
+    if (inspection.image_width > 0 &&
+        (inspection.image_width != model.width || inspection.image_height != model.height)) {
+        warnings.push_back(fmt::format("images of {} x {} pixels, but a camera model of {} x {}",
+                                       inspection.image_width, inspection.image_height, model.width,
+                                       model.height));
+    }
+    if (inspection.images.count > 0 && inspection.duration - inspection.images.last > kLongestGap) {
+        warnings.push_back(fmt::format("no image in the last {:.0f} s",
+                                       inspection.duration - inspection.images.last));
+    }
+    if (inspection.images.count == 0 && inspection.robot.camera.enabled) {
+        warnings.emplace_back("no images although the robot has a camera");
+    }
+}
+
+/// Of the manifest.
 void warn_of_recorder(const Inspection& inspection, std::vector<std::string>& warnings) {
     if (!inspection.manifest.closed) {
         warnings.emplace_back("the recording was never closed: power cut or crash");
+    }
+    if (const auto& counts = inspection.manifest.counts) {
+        warn_of_missing(counts->lidar_chunks, inspection.lidar_chunks,
+                        "pieces of the lidar's bytes", warnings);
+        warn_of_missing(counts->images, inspection.images.count, "images", warnings);
+    }
+    if (inspection.manifest.devices) {
+        warn_of_devices(*inspection.manifest.devices, warnings);
     }
     if (inspection.damaged_bytes > 0) {
         warnings.push_back(with_commas(inspection.damaged_bytes) +
@@ -245,12 +300,6 @@ void warn_of_recorder(const Inspection& inspection, std::vector<std::string>& wa
             "{} dropped by the recorder ({} because the disk was too slow, {} because it was full)",
             counted(counts.dropped_images, "image"), with_commas(counts.dropped_by_slowness),
             with_commas(counts.dropped_images - counts.dropped_by_slowness)));
-    }
-    if (const Gap gap = inspection.images.longest_gap(); gap.seconds > kLongestGap) {
-        warnings.push_back("no image for " + at(gap));
-    }
-    if (inspection.images.count == 0 && inspection.robot.camera.enabled) {
-        warnings.emplace_back("no images although the robot has a camera");
     }
 }
 
@@ -313,6 +362,7 @@ Inspection inspect(const std::filesystem::path& recording, Progress& progress) {
     inspection.duration = tap.last() - tap.first();
     inspection.counts = source.counts();
     inspection.lidar_bytes = tap.lidar_bytes();
+    inspection.lidar_chunks = tap.lidar_chunks();
     inspection.image_bytes = tap.image_bytes();
     inspection.image_width = tap.image_width();
     inspection.image_height = tap.image_height();
@@ -332,9 +382,7 @@ Verdict judge(const Inspection& inspection) {
         warn_of_ends(inspection, verdict.warnings);
     }
     warn_of_recorder(inspection, verdict.warnings);
-    for (std::string& warning : warnings_of(inspection.counts)) {
-        verdict.warnings.push_back(std::move(warning));
-    }
+    warn_of_images(inspection, verdict.warnings);
     return verdict;
 }
 

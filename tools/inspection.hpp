@@ -41,6 +41,7 @@ struct Inspection {
     double duration = 0.0;  ///< seconds between the first and the last arrival
     SensorCounts counts;
     std::uint64_t lidar_bytes = 0;
+    std::uint64_t lidar_chunks = 0;  ///< pieces in which they came
     std::uint64_t image_bytes = 0;
     int image_width = 0;  ///< pixels; 0 when none could be read
     int image_height = 0;

@@ -3,7 +3,7 @@
 
 namespace hybrid_slam::tools {
 
-/// From now on the first Ctrl-C (SIGINT) or SIGTERM only sets a flag; a second one ends the
+/// From now on the first Ctrl-C (SIGINT), SIGTERM or SIGHUP only sets a flag; a second one ends the
 /// process.
 void catch_interrupts();
 

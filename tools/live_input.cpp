@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "live_input.hpp"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <cstdio>
 
 #include "interrupt.hpp"
+#include "messages.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
 constexpr double kPatience = 0.2;  ///< seconds between two looks at signals and statuses
+
+/// So that a message does not run on behind the progress bar.
+void clear_line() {
+    if (isatty(STDERR_FILENO) == 1) {
+        std::fputs("\r\x1b[K", stderr);  // ESC [ K clears the rest of the line
+    }
+}
 
 class LiveInput : public Input {
   public:
@@ -25,7 +36,19 @@ class LiveInput : public Input {
                             {"dropped", status.camera.dropped}};
         return counts;
     }
-    std::vector<std::string> warnings() const override { return warnings_of(source_.counts()); }
+    std::vector<std::string> warnings() const override {
+        std::vector<std::string> warnings = warnings_of(source_.counts());
+        const LiveStatus status = stream_.status();
+        const std::pair<std::uint64_t, const char*> dropped[] = {
+            {status.lidar.dropped, "pieces of the lidar's bytes dropped: mapping is too slow: "},
+            {status.camera.dropped, "images dropped: mapping is too slow: "}};
+        for (const auto& [count, what] : dropped) {
+            if (count > 0) {
+                warnings.push_back(what + with_commas(count));
+            }
+        }
+        return warnings;
+    }
 
   private:
     LiveStream stream_;
@@ -36,8 +59,9 @@ class LiveInput : public Input {
 
 void add_robot_options(CLI::App& command, RobotOptions& options) {
     command
-        .add_option("--robot", options.robot,
-                    "Robot (YAML), see config/robots; without it a forklift by default")
+        .add_option(
+            "--robot", options.robot,
+            "Robot (YAML), see config/robots; without it the recorded one or, live, a forklift")
         ->type_name("FILE");
     command
         .add_option(
@@ -63,6 +87,8 @@ RobotConfig robot_of(const RobotOptions& options) {
     robot.camera.enabled = robot.camera.enabled && !options.no_camera;
     return robot;
 }
+
+LiveStream::LiveStream(const RobotConfig& robot) : sensors_(robot), news_(clear_line) {}
 
 std::optional<SensorEvent> LiveStream::next() {
     while (!interrupted() && !sensors_.ended()) {

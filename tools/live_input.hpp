@@ -30,7 +30,7 @@ RobotConfig robot_of(const RobotOptions& options);
 /// Live devices until a signal comes; says in messages when one of them comes, goes or is silent.
 class LiveStream : public SensorStream {
   public:
-    explicit LiveStream(const RobotConfig& robot) : sensors_(robot) {}
+    explicit LiveStream(const RobotConfig& robot);
 
     std::optional<SensorEvent> next() override;
     /// Says when no scans come of what this stream gives to the source.

@@ -38,7 +38,7 @@ Examples:
   hybrid-slam map drive1/ --out hall              # what 'record' or 'simulate' made
   hybrid-slam map --live --robot config/robots/forklift.yaml --out hall
   hybrid-slam map hall.clf --out hall_map --json | jq .closures.by_verdict
-Ctrl-C or SIGTERM saves the map of the scans so far (exit code 3); a second one aborts.
+Ctrl-C or SIGTERM saves the map of the scans so far (exit code 3, live 0); a second one aborts.
 )";
 
 std::string session_line(const Session& session) {
@@ -93,7 +93,7 @@ nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Se
 
 std::unique_ptr<Input> input_of(const MapOptions& options, const Settings& settings) {
     return options.live ? open_live_input(robot_of(options.robot))
-                        : open_input(options.drive, settings.log);
+                        : open_input(options.drive, settings.log, options.robot.robot);
 }
 
 /// Live sensors have no end but a signal: only what it stops early is interrupted.
@@ -153,6 +153,10 @@ void add_map_command(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         if (options->live != options->drive.empty()) {
             throw CLI::RequiredError("either DRIVE or --live");
+        }
+        const RobotOptions& robot = options->robot;
+        if (!options->live && (!robot.lidar.empty() || !robot.camera.empty() || robot.no_camera)) {
+            throw CLI::RequiresError("--lidar, --camera and --no-camera", "--live");
         }
         action = [options] { return run_map(*options); };
     });

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "hybrid_slam/backend/map_folder.hpp"
@@ -13,18 +12,6 @@
 
 namespace hybrid_slam::tools {
 namespace {
-
-double rounded(double value) {
-    return std::round(value * 1e6) / 1e6;
-}
-
-double length_of(const Trajectory& trajectory) {
-    double length = 0.0;
-    for (std::size_t i = 1; i < trajectory.size(); ++i) {
-        length += (trajectory[i].pose.translation - trajectory[i - 1].pose.translation).norm();
-    }
-    return length;
-}
 
 double duration_of(const Trajectory& trajectory) {
     const auto [first, last] =

@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -58,6 +59,14 @@ void write_text(const std::filesystem::path& file, std::string_view text) {
     TextFileWriter writer(file);
     writer.write(text);
     writer.close();
+}
+
+double rounded(double value) {
+    return std::round(value * 1e6) / 1e6;
+}
+
+std::string megabytes(std::uint64_t bytes) {
+    return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
 }
 
 std::string with_commas(std::size_t number) {

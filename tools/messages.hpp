@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -23,6 +24,10 @@ void print_json(const nlohmann::ordered_json& json);
 /// Throws Error when the file cannot be written.
 void write_text(const std::filesystem::path& file, std::string_view text);
 
+/// To six digits after the point: more would be noise to whoever reads it.
+double rounded(double value);
+/// Bytes as "0.9 MB".
+std::string megabytes(std::uint64_t bytes);
 /// 13631 as "13,631".
 std::string with_commas(std::size_t number);
 /// "1 scan", "2 scans".

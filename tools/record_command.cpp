@@ -44,6 +44,7 @@ RobotConfig configured_robot(const RecordOptions& options) {
     for (const std::string& assignment : options.overrides) {
         schema.override_with(assignment);
     }
+    const LidarReader checked(robot.lidar);  // before the folder is made
     return robot;
 }
 
@@ -99,9 +100,8 @@ void add_record_command(CLI::App& program, Action& action) {
     command->add_option("-o,--out", options->out, "Folder to make for the recording")
         ->required()
         ->type_name("DIR");
-    CLI::Validator positive = CLI::PositiveNumber;
     command->add_option("--duration", options->duration, "Stop after so many seconds")
-        ->check(positive.description(""))
+        ->check(CLI::Range(0.01, 1e9).description(""))
         ->type_name("S");
     add_set_option(*command, options->overrides, "lidar.baud=115200, a key of the robot");
     add_common_options(*command, options->common);

@@ -29,8 +29,9 @@ double rate_of(std::uint64_t count, double seconds) {
     return count > 1 && seconds > 0.0 ? static_cast<double>(count - 1) / seconds : 0.0;
 }
 
-std::string megabytes(std::uint64_t bytes) {
-    return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
+RecordingDevices devices_of(const LiveStatus& status) {
+    return {status.lidar.connects, status.lidar.dropped, status.camera.connects,
+            status.camera.dropped};
 }
 
 std::uint64_t dropped_by_fullness(const RecordingCounts& counts) {
@@ -85,7 +86,7 @@ RecordingSummary Recorder::run(double most_seconds) {
     summary.folder = folder_;
     try {
         record(most_seconds);
-        writer_.close();
+        writer_.close(devices_of(sensors_.status()));
     } catch (const Error& error) {
         summary.failure = error.what();
     }
@@ -126,12 +127,7 @@ void Recorder::look() {
     const RecordingCounts counts = writer_.counts();
     news_.look(sensors_.status());
     news_.look(reader_.counts(), now);
-    const bool slow = counts.dropped_by_slowness > dropped_;
-    dropped_ = counts.dropped_by_slowness;
-    const std::string trouble = writer_.image_trouble();
-    if (!trouble.empty() || slow) {
-        news_.look_at_images(trouble.empty() ? "the disk is too slow for them" : trouble);
-    }
+    news_.look_at_images(writer_.image_trouble(), now);
     scan_rate_.look(now, reader_.counts().scans);
     image_rate_.look(now, counts.images);
     if (line_.visible()) {
@@ -169,7 +165,7 @@ std::string RecordingSummary::text() const {
                           rate_of(written.images, duration), megabytes(written.image_bytes));
     const std::pair<std::uint64_t, const char*> losses[] = {
         {written.dropped_by_slowness, "images dropped because the disk was too slow"},
-        {dropped_by_fullness(written), "images dropped because the disk was full"},
+        {dropped_by_fullness(written), "images dropped because the disk was full or failed"},
         {devices.camera.dropped, "images dropped because this program was too slow"},
         {devices.lidar.dropped, "pieces of the lidar's bytes lost likewise"}};
     for (const auto& [count, what] : losses) {

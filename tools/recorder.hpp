@@ -81,7 +81,6 @@ class Recorder {
     double next_look_ = 0.0;
     RateMeter scan_rate_;
     RateMeter image_rate_;
-    std::uint64_t dropped_ = 0;  ///< images for slowness, at the last look
 };
 
 }  // namespace hybrid_slam::tools

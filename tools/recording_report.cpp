@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "input.hpp"
@@ -15,14 +14,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostGapsListed = 100;
-
-double rounded(double value) {
-    return std::round(value * 1e6) / 1e6;
-}
-
-std::string megabytes(std::uint64_t bytes) {
-    return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
-}
 
 std::string gaps_text(const Cadence& cadence) {
     if (cadence.gaps.empty()) {
@@ -49,25 +40,14 @@ std::string mounting_text(const RobotConfig& robot) {
 }
 
 std::string losses_text(const Inspection& inspection) {
-    const LidarCounts& lidar = inspection.counts.lidar;
-    const std::pair<std::uint64_t, const char*> kinds[] = {
-        {lidar.missed_scans, "missed scans"},
-        {lidar.repeated_scans, "repeated scans"},
-        {lidar.stream.garbage_bytes, "bytes of no telegram"},
-        {lidar.stream.bad_checksums, "wrong checksums"},
-        {lidar.stream.bad_contents, "telegrams that make no sense"},
-        {lidar.standby_scans, "scans in stand-by"},
-        {lidar.lockout_telegrams, "telegrams in lock-out"},
-        {lidar.counter_resets, "restarts of the scanner"},
-        {inspection.damaged_bytes, "damaged bytes"},
-        {inspection.torn_bytes, "bytes torn off at the end"},
-        {inspection.manifest.counts ? inspection.manifest.counts->dropped_images : 0,
-         "images dropped"},
-    };
+    std::vector<Loss> losses = losses_of(inspection.counts);
+    losses.push_back({inspection.damaged_bytes, "", "damaged bytes"});
+    losses.push_back({inspection.torn_bytes, "", "bytes torn off at the end"});
     std::string text;
-    for (const auto& [count, what] : kinds) {
-        if (count > 0) {
-            text += fmt::format("{}{} {}", text.empty() ? "" : ", ", with_commas(count), what);
+    for (const Loss& loss : losses) {
+        if (loss.count > 0) {
+            text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", loss.words,
+                                with_commas(loss.count));
         }
     }
     return text.empty() ? "none" : text;

@@ -12,14 +12,6 @@
 namespace hybrid_slam::tools {
 namespace {
 
-double length_of(const Trajectory& trajectory) {
-    double length = 0.0;
-    for (std::size_t i = 1; i < trajectory.size(); ++i) {
-        length += (trajectory[i].pose.translation - trajectory[i - 1].pose.translation).norm();
-    }
-    return length;
-}
-
 /// The loop over one input.
 class Runner {
   public:

@@ -156,6 +156,12 @@ class VehicleRun {
     template <typename Take>
     Outcome run(Take&& take) {
         catch_interrupts();
+        if (const auto crash = vehicle_.first_crash()) {
+            print_warning(fmt::format(
+                "the path is too narrow: after {:.0f} s, at ({:.1f}, {:.1f}), the vehicle reaches "
+                "through a wall",
+                crash->stamp, crash->pose.x(), crash->pose.y()));
+        }
         Outcome outcome;
         outcome.seed = config_.seed;
         Progress progress(world_.name, options_.common.quiet);
@@ -194,7 +200,7 @@ int run_simulate(const SimulateOptions& options) {
     const Outcome outcome = is_log(options.out)      ? simulate_log(options)
                             : options.serial.empty() ? VehicleRun(options).record()
                                                      : VehicleRun(options).serve();
-    if (outcome.interrupted) {
+    if (outcome.interrupted && !options.out.empty()) {
         print_warning("interrupted; saved what was driven so far");
     }
     const std::string world = name_of(options.world);
@@ -217,7 +223,7 @@ int run_simulate(const SimulateOptions& options) {
                 fmt::format("drive  {}\ntruth  {}", options.out.string(), outcome.truth.string()));
         }
     }
-    return outcome.interrupted ? kInterrupted : kOk;
+    return outcome.interrupted && !options.out.empty() ? kInterrupted : kOk;
 }
 
 }  // namespace
@@ -248,6 +254,11 @@ void add_simulate_command(CLI::App& program, Action& action) {
     command->callback([options, &action] {
         if (options->out.empty() == options->serial.empty()) {
             throw CLI::RequiredError("either --out or --serial");
+        }
+        if (is_log(options->out) &&
+            (!options->path.empty() || !options->robot.empty() || options->no_camera)) {
+            throw CLI::ValidationError(
+                "--path, --robot and --no-camera go with a folder, not with a log");
         }
         action = [options] { return run_simulate(*options); };
     });

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "messages.hpp"
@@ -17,11 +16,6 @@ constexpr ClosureVerdict kVerdicts[] = {ClosureVerdict::kAccepted,  ClosureVerdi
                                         ClosureVerdict::kLowScore,  ClosureVerdict::kAmbiguous,
                                         ClosureVerdict::kIcpFailed, ClosureVerdict::kInconsistent,
                                         ClosureVerdict::kExhausted, ClosureVerdict::kOutlier};
-
-/// To six digits after the point: more would be noise to whoever reads it.
-double rounded(double value) {
-    return std::round(value * 1e6) / 1e6;
-}
 
 double milliseconds(double seconds) {
     return rounded(1e3 * seconds);

@@ -228,11 +228,11 @@ class Flattener {
 
     /// What list_items takes apart again; an item that is no scalar becomes an empty one.
     static std::string list_text(const YAML::Node& list) {
-        std::string text = "[";
+        std::string text;
         for (const YAML::Node& item : list) {
-            text += (text.size() > 1 ? ", " : "") + scalar_text(item);
+            text += (text.empty() ? "[" : ", ") + (item.IsScalar() ? item.Scalar() : "?");
         }
-        return text + "]";
+        return text.empty() ? "[]" : text + "]";
     }
 
     std::string file_;

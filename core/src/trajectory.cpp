@@ -74,6 +74,23 @@ void write_tum(const std::filesystem::path& file, const Trajectory& trajectory) 
     writer.close();
 }
 
+double length_of(const Trajectory& trajectory) {
+    constexpr double kStep = 0.05;  // metres; shorter ones are noise as much as way
+    if (trajectory.empty()) {
+        return 0.0;
+    }
+    double length = 0.0;
+    Eigen::Vector2d counted = trajectory.front().pose.translation;
+    for (const StampedPose& pose : trajectory) {
+        const double step = (pose.pose.translation - counted).norm();
+        if (step >= kStep) {
+            length += step;
+            counted = pose.pose.translation;
+        }
+    }
+    return length + (trajectory.back().pose.translation - counted).norm();
+}
+
 TrajectoryIndex::TrajectoryIndex(const Trajectory& trajectory) {
     // A stamp that is not a number has no place in an order.
     std::copy_if(trajectory.begin(), trajectory.end(), std::back_inserter(sorted_),

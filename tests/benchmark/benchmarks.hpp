@@ -31,13 +31,14 @@ int run_worlds_benchmark(const std::filesystem::path& worlds,
 int run_forklift_benchmark(const std::filesystem::path& worlds,
                            const std::vector<std::string>& overrides, std::ostream& out);
 
-/// Kills recorders, cuts and zeroes the last megabyte of a recording at every byte, and measures how
-/// fast recordings are written and read.
+/// Kills recorders, cuts and zeroes the last megabyte of a recording at every byte, and measures
+/// how fast recordings are written and read.
 int run_recording_benchmark(std::ostream& out);
 
-/// Decodes S300 telegrams: for speed, and `megabytes` of them among garbage, cuts, splices and
-/// flipped bits.
-int run_s300_benchmark(double megabytes, std::ostream& out);
+/// Decodes S300 telegrams: the files of `shared_data`/data/s300_telegrams, for speed, and
+/// `megabytes` of them among garbage, cuts, splices and flipped bits.
+int run_s300_benchmark(const std::filesystem::path& shared_data, double megabytes,
+                       std::ostream& out);
 
 /// Reads a scanner at the other end of a pseudo-terminal in real time, whose telegrams arrive late
 /// by random: for lost scans and for errors of the stamps.

@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
                                                         std::cout);
          }},
         {"recording", [&] { return hybrid_slam::run_recording_benchmark(std::cout); }},
-        {"s300", [&] { return hybrid_slam::run_s300_benchmark(megabytes, std::cout); }},
+        {"s300", [&] { return hybrid_slam::run_s300_benchmark(shared, megabytes, std::cout); }},
         {"live", [&] { return hybrid_slam::run_live_benchmark(minutes, std::cout); }},
     };
     std::vector<std::string> names;
@@ -47,9 +47,11 @@ int main(int argc, char** argv) {
         names.push_back(part.name);
     }
     std::vector<std::string> chosen = names;
-    app.add_option("parts", chosen, "what to measure (everything by default)")
+    chosen.erase(std::remove(chosen.begin(), chosen.end(), "live"), chosen.end());
+    app.add_option("parts", chosen, "what to measure (everything but live by default)")
         ->check(CLI::IsMember(names));
-    app.add_option("--shared", shared, "folder that holds data/slam2d and data/posegraph");
+    app.add_option("--shared", shared,
+                   "folder that holds data/slam2d, posegraph and s300_telegrams");
     app.add_option("--set", overrides, "key=value of the configuration, for logs and worlds");
     app.add_option("--megabytes", megabytes, "of torture for s300")->check(CLI::Range(1.0, 1e6));
     app.add_option("--minutes", minutes, "of live, in real time")->check(CLI::Range(0.05, 1e4));

@@ -10,6 +10,7 @@
 
 #include "benchmarks.hpp"
 #include "hybrid_slam/lidar/s300_telegram.hpp"
+#include "s300_files.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -350,8 +351,9 @@ bool is_chance(std::uint64_t hits, double expected) {
 
 }  // namespace
 
-int run_s300_benchmark(double megabytes, std::ostream& out) {
-    int misses = 0;
+int run_s300_benchmark(const std::filesystem::path& shared_data, double megabytes,
+                       std::ostream& out) {
+    int misses = check_given_s300_files(shared_data / "data/s300_telegrams", out);
     out << "| decoder, 541 points | MB/s | asked | verdict |\n|---|---|---|---|\n";
     for (const std::size_t piece : {std::size_t{64}, std::size_t{1108}, std::size_t{65536}}) {
         const double speed = measure_speed(piece);

@@ -331,7 +331,10 @@ TEST_F(Texts, WholeDegreesAreWrittenAsSuch) {
 TEST_F(Texts, WrongOnesAreRefused) {
     EXPECT_THAT(load_error("sectors: 5\n"), HasSubstr("needs a list like [1, 2]"));
     EXPECT_THAT(load_error("sectors: [1, two]\n"), HasSubstr("not 'two'"));
-    EXPECT_THAT(load_error("sectors: [1, [2]]\n"), HasSubstr("not ''"));
+    EXPECT_THAT(load_error("sectors: [1, [2]]\n"), HasSubstr("not '?'"));
+    EXPECT_THAT(load_error("sectors: [[1, 2]]\n"), HasSubstr("not '?'"));
+    EXPECT_THAT(load_error("sectors: [[1, 2], [3]]\n"), HasSubstr("not '?'"));
+    EXPECT_THAT(error_of([&] { schema.override_with("sectors=1,"); }), HasSubstr("not ''"));
     EXPECT_THAT(load_error("sectors: [1, 200]\n"), HasSubstr("from -180 to 180"));
     EXPECT_THAT(load_error("name: [a]\n"), HasSubstr("needs a single value"));
     EXPECT_THAT(load_error("name: \"a\\nb\"\n"), HasSubstr("one line"));

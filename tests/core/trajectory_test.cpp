@@ -163,5 +163,20 @@ TEST(TrajectoryIndex, OfNothingFindsNothing) {
     EXPECT_FALSE(index.interpolated(1.0, 1e9).has_value());
 }
 
+TEST(Trajectory, LengthLeavesOutWhatOnlyTrembles) {
+    Trajectory trembling;
+    for (int i = 0; i < 1000; ++i) {
+        trembling.push_back({0.1 * i, {0.001 * i, i % 2 == 0 ? 0.01 : -0.01, 0.0}});
+    }
+    EXPECT_NEAR(length_of(trembling), 1.0, 0.1) << "and not the 20 m of its steps";
+}
+
+TEST(Trajectory, LengthIsOfTheWayNotOfItsEnds) {
+    EXPECT_EQ(length_of({}), 0.0);
+    EXPECT_EQ(length_of({{1.0, {5.0, 5.0, 0.0}}}), 0.0);
+    EXPECT_DOUBLE_EQ(
+        length_of({{1.0, {0.0, 0.0, 0.0}}, {2.0, {3.0, 4.0, 1.0}}, {3.0, {0.0, 0.0, 0.0}}}), 10.0);
+}
+
 }  // namespace
 }  // namespace hybrid_slam

@@ -80,6 +80,7 @@ TEST(SimulatedVehicle, ItsBytesAreTheScansOfItsTruth) {
         RobotConfig robot;
         robot.lidar.upside_down = upside_down;
         robot.lidar.yaw = 0.3;
+        robot.lidar.angle_offset = radians(10.0);
         robot.lidar.y = -0.2;
         SimulatedVehicle vehicle(world, "", robot, clean());
         const std::vector<Scan> scans = scans_of(vehicle, robot);
@@ -220,12 +221,34 @@ TEST(SimulatedVehicle, DrivesAsFarAsItIsTold) {
     EXPECT_LT(driven, 26.0);
 }
 
+TEST(SimulatedVehicle, TellsWhereItReachesThroughAWall) {
+    World world = room();
+    const RobotConfig robot;
+    EXPECT_FALSE(SimulatedVehicle(world, "", robot, clean()).first_crash());
+    world.path = {{-2, 0}, {4.5, 0}};  // the scanner is 1.3 m ahead, the wall at 5 m
+    const auto crash = SimulatedVehicle(world, "", robot, clean()).first_crash();
+    ASSERT_TRUE(crash);
+    EXPECT_NEAR(crash->pose.x(), 3.7, 0.15);
+}
+
 TEST(SimulatedVehicle, RefusesWhatCannotBeDriven) {
     const RobotConfig robot;
     SimulatedDriveConfig fast = clean();
     fast.speed = 3.0;
     EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", robot, fast); }),
                 HasSubstr("drive.speed"));
+    SimulatedDriveConfig wild = clean();
+    wild.dropout = 1.5;
+    EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", robot, wild); }),
+                HasSubstr("drive.dropout"));
+    RobotConfig bare = robot;
+    bare.lidar.protocol = LidarProtocol::kThesisWords;
+    EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", bare, clean()); }),
+                HasSubstr("lidar.protocol"));
+    RobotConfig stub = robot;
+    stub.vehicle.wheelbase = 0.0;
+    EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", stub, clean()); }),
+                HasSubstr("vehicle.wheelbase"));
     EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "nowhere", robot, clean()); }),
                 HasSubstr("no path 'nowhere'; there are back"));
     World still = room();

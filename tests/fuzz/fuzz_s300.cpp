@@ -69,7 +69,8 @@ void check_same(const Decoded& a, const Decoded& b) {
 
 /// What was decoded says the same when it is encoded. (A reflector block of none is not.)
 void check_encoding(const S300Telegram& telegram) {
-    if (telegram.io.empty() && telegram.field == 0 && telegram.reflectors.empty()) {
+    const bool empty = telegram.io.empty() && telegram.field == 0 && telegram.reflectors.empty();
+    if (empty || telegram.more_fields != 0) {  // what encode leaves out
         return;
     }
     const std::vector<std::uint8_t> bytes = encode(telegram);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "hybrid_slam/core/trajectory.hpp"
 #include "hybrid_slam/recording/recording.hpp"
 #include "running.hpp"
@@ -82,12 +84,31 @@ TEST(Drive, WhatIsThereIsNotOverwritten) {
     EXPECT_THAT(again.err, HasSubstr("sim1"));
 }
 
+TEST(Drive, AnotherRobotCanBeTakenThanTheOneRecorded) {
+    const TempFolder folder;
+    record_room(folder);
+    folder.write("turned.yaml", "lidar: {x: 1.3, yaw_deg: 90}\n");
+    run_well(folder, "map sim1 --out as_recorded -q");
+    run_well(folder, "map sim1 --robot turned.yaml --out turned -q");
+    const Trajectory straight = read_tum(folder / "as_recorded" / "trajectory.tum");
+    const Trajectory turned = read_tum(folder / "turned" / "trajectory.tum");
+    ASSERT_EQ(straight.size(), turned.size());
+    const Point2 ahead = straight[straight.size() / 8].pose.translation;
+    const Point2 aside = turned[turned.size() / 8].pose.translation;
+    EXPECT_GT(ahead.norm(), 0.5);
+    EXPECT_LT(std::abs(ahead.dot(aside)), 0.3 * ahead.squaredNorm()) << "a quarter turn apart";
+    run_well(folder, "simulate room.yaml --out room.clf -q");
+    EXPECT_EQ(run(folder, "map room.clf --robot turned.yaml --out m").code, 1);
+}
+
 TEST(Drive, UsageIsExplained) {
     const TempFolder folder;
     write_room(folder);
     EXPECT_EQ(run(folder, "simulate room.yaml").code, 2);
     EXPECT_EQ(run(folder, "map --out m").code, 2);
     EXPECT_EQ(run(folder, "map x.clf --live --out m").code, 2);
+    EXPECT_EQ(run(folder, "map x.clf --lidar /dev/null --out m").code, 2);
+    EXPECT_EQ(run(folder, "simulate room.yaml --out x.clf --path loop").code, 2);
     const Outcome no_path = run(folder, "simulate room.yaml --out s --path nowhere");
     EXPECT_EQ(no_path.code, 1);
     EXPECT_THAT(no_path.err, HasSubstr("no path 'nowhere'"));

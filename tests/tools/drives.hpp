@@ -78,6 +78,8 @@ inline void record_drive(const std::filesystem::path& folder, const Drive& drive
     RobotConfig robot;
     robot.name = "truck 3";
     robot.camera.enabled = drive.images > 0.0;
+    robot.camera.model.width = 64;
+    robot.camera.model.height = 48;
     RecordingWriter writer(folder, robot, options);
     for (const LidarBytes& telegram : telegrams_of(drive)) {
         writer.push(telegram);

@@ -64,6 +64,15 @@ TEST(Info, JsonHasTheFigures) {
     EXPECT_EQ(json["warnings"], Json::array());
 }
 
+TEST(Info, ACutRecordingMissesWhatItsManifestCounts) {
+    const TempFolder folder;
+    record_drive(folder / "drive", {});
+    const auto lidar = folder / "drive" / "lidar.rec";
+    std::filesystem::resize_file(lidar, std::filesystem::file_size(lidar) * 9 / 10);
+    EXPECT_THAT(run(folder, "info drive").out,
+                HasSubstr("pieces of the lidar's bytes are missing"));
+}
+
 TEST(Info, StandingStillIsNotFit) {
     const TempFolder folder;
     Drive drive;

@@ -11,11 +11,10 @@
 namespace hybrid_slam {
 
 bool Pace::wait(double timeout) {
-    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
-    const double now = std::chrono::duration<double>(since_boot).count();
-    const double rest = std::max(0.0, due_ - now);
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(rest, timeout)));
-    if (rest > timeout) {
+    const decltype(due_) now = Clock::now();
+    const auto until = now + Seconds(timeout);
+    std::this_thread::sleep_until(std::min(due_, until));
+    if (due_ > until) {
         return false;
     }
     due_ = std::max(due_, now) + period_;

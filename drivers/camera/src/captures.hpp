@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
 
 #include "hybrid_slam/camera/capture.hpp"
@@ -23,8 +24,11 @@ class Pace {
     bool wait(double timeout);
 
   private:
-    double period_;     // seconds
-    double due_ = 0.0;  // by the steady clock
+    using Clock = std::chrono::steady_clock;
+    using Seconds = std::chrono::duration<double>;
+
+    Seconds period_;
+    std::chrono::time_point<Clock, Seconds> due_;
 };
 
 }  // namespace hybrid_slam

@@ -39,7 +39,7 @@ class VideoDevice : public Capture {
   public:
     explicit VideoDevice(const CameraConfig& config) : name_(config.device) {
         check_device(name_);
-        const QuietOpencv quiet;
+        silence_opencv();
         const int mjpeg = cv::VideoWriter::fourcc('M', 'J', 'P', 'G');
         try {
             if (!video_.open(name_, cv::CAP_V4L2)) {
@@ -62,7 +62,6 @@ class VideoDevice : public Capture {
     }
 
     bool read(EncodedImage& image, double timeout) override {
-        const QuietOpencv quiet;
         try {
             return read_within(image, timeout);
         } catch (const cv::Exception&) {

@@ -3,6 +3,7 @@
 
 #include <cstdarg>
 #include <mutex>
+#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/videoio.hpp>
 
 #include "captures.hpp"
@@ -31,7 +32,7 @@ class VideoFile : public Capture {
   public:
     explicit VideoFile(const CameraConfig& config) : name_(config.device), pace_(config.rate) {
         silence_ffmpeg();
-        const QuietOpencv quiet;
+        silence_opencv();
         if (!video_.open(name_, cv::CAP_FFMPEG) && !video_.open(name_, cv::CAP_OPENCV_MJPEG)) {
             throw Error(name_ + ": no video that can be read");
         }
@@ -46,7 +47,6 @@ class VideoFile : public Capture {
             return false;
         }
         image = pnm_of(frame_, name_);
-        const QuietOpencv quiet;
         if (!video_.read(frame_)) {
             frame_.release();
         }
@@ -63,6 +63,12 @@ class VideoFile : public Capture {
 };
 
 }  // namespace
+
+void silence_opencv() {
+    static std::once_flag once;
+    std::call_once(once,
+                   [] { cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT); });
+}
 
 EncodedImage pnm_of(const cv::Mat& frame, const std::string& name) {
     if (frame.type() != CV_8UC1 && frame.type() != CV_8UC3) {

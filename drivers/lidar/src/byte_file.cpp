@@ -16,10 +16,9 @@
 namespace hybrid_slam {
 namespace {
 
-double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
+using Clock = std::chrono::steady_clock;
+using Seconds = std::chrono::duration<double>;
+using Time = std::chrono::time_point<Clock, Seconds>;
 
 /// Bytes alone carry no times. The scan counter tells them: each telegram is handed out when its
 /// scanner would have sent it; bytes of no telegram take the time that they take on the line.
@@ -38,13 +37,13 @@ class ByteFile : public ByteSource {
         if (pieces_.empty()) {
             return;
         }
-        const double now = steady_seconds();
+        const Time now = Clock::now();
         if (!due_) {
             due_ = now;
         }
-        const double wait = std::clamp(*due_ - now, 0.0, timeout);
-        std::this_thread::sleep_for(std::chrono::duration<double>(wait));
-        if (*due_ > now + timeout) {
+        const Time until = now + Seconds(timeout);
+        std::this_thread::sleep_until(std::min(*due_, until));
+        if (*due_ > until) {
             return;
         }
         const auto end = buffer_.begin() + static_cast<std::ptrdiff_t>(pieces_.front().size);
@@ -56,7 +55,8 @@ class ByteFile : public ByteSource {
         }
         if (!pieces_.empty()) {
             // Who was kept waiting does not catch up: a burst is nothing that a scanner sends.
-            due_ = std::max(*due_ + pieces_.front().pause, steady_seconds() - kMostLag);
+            const Time in_time = *due_ + Seconds(pieces_.front().pause);
+            due_ = std::max<Time>(in_time, Clock::now() - kMostLag);
         }
     }
 
@@ -68,7 +68,7 @@ class ByteFile : public ByteSource {
         double pause = 0.0;  // seconds after the piece before
     };
 
-    static constexpr double kMostLag = 0.1;    // seconds
+    static constexpr Seconds kMostLag{0.1};
     static constexpr double kMostPause = 1.0;  // seconds; longer ones were pauses of the recording
     static constexpr std::uint64_t kLeftover = 256;  // bytes in a piece that is no telegram
     static constexpr std::size_t kBlock = 4 * S300Decoder::kMostBytes;
@@ -126,7 +126,7 @@ class ByteFile : public ByteSource {
     std::uint64_t read_ = 0;           // bytes of the file
     std::uint64_t cut_ = 0;            // bytes of the file that are in a piece
     std::optional<std::uint32_t> scan_number_;
-    std::optional<double> due_;  // of the first piece, by the steady clock
+    std::optional<Time> due_;  // of the first piece
 };
 
 }  // namespace

@@ -9,6 +9,8 @@ void describe(ConfigSchema& schema, LidarConfig& config) {
                "s300, or thesis_words: the bare words of the thesis, without a checksum");
     schema.add("port", config.port, "serial device, tcp://host:port or a file of recorded bytes");
     schema.add("baud", config.baud, 1200, 4000000, "bits per second, 8N1");
+    schema.add("address", config.address, 0, 255,
+               "of the scanner to follow: 7 alone or host, 8 guest; 0 = the first met");
     schema.add("x", config.x, -100.0, 100.0, "m, of the scanner in the robot's frame");
     schema.add("y", config.y, -100.0, 100.0, "m");
     schema.add_degrees("yaw_deg", config.yaw, -360.0, 360.0, "of the scanner, to the left");
@@ -18,8 +20,9 @@ void describe(ConfigSchema& schema, LidarConfig& config) {
                        "from straight ahead to the middle of the fan, to the left");
     schema.add("blind_sectors_deg", config.blind_sectors_deg, -360.0, 360.0,
                "pairs from, to, counter-clockwise in the scanner's frame: what the vehicle hides");
-    schema.add("range_min", config.range_min, 0.0, 100.0, "m");
-    schema.add("range_max", config.range_max, 0.1, 100.0, "m; this or more is no return");
+    constexpr double kFarthest = 81.9;  // m, below the greatest distance word, which is 81.91
+    schema.add("range_min", config.range_min, 0.0, kFarthest, "m");
+    schema.add("range_max", config.range_max, 0.1, kFarthest, "m; this or more is no return");
     schema.add("count_period", config.count_period, 1e-4, 10.0,
                "s in a step of the scan counter, by the data sheet");
     schema.add("turn_time", config.turn_time, 0.0, 10.0,

@@ -40,8 +40,12 @@ class ArrivalTimes {
         } else {
             pieces_.push_back({end, arrival});
         }
-        // No telegram that is given now ended longer ago.
-        while (pieces_.front().end + kKeptBytes < end) {
+    }
+
+    /// Once all telegrams found have been asked for: one that is found later did not end longer ago
+    /// than what is kept.
+    void forget_old() {
+        while (!pieces_.empty() && pieces_.front().end + kKeptBytes < pieces_.back().end) {
             pieces_.pop_front();
         }
     }
@@ -108,34 +112,48 @@ struct LidarReader::State {
     std::uint8_t field = 0;
     std::uint32_t scan_number = 0;
     double arrival = 0.0;  ///< of that scan
+    double fitted = 0.0;   ///< that arrival without its jitter
     UsualStep usual_step;
     std::vector<bool> blind;  ///< of each beam
 
     bool thesis_words() const { return config.protocol == LidarProtocol::kThesisWords; }
     bool fetch();
+    bool is_followed() const;
     bool is_wanted();
     bool count_step();
-    double stamp();
+    bool fit_clock(double now);
     bool counter_jumped(std::int32_t steps, double now) const;
+    double stamp() const;
     double angle_min() const;
     double angle_increment() const;
     void find_blind_beams();
-    Scan make_scan(double stamp);
+    Scan make_scan();
     void count_scan(const Scan& scan);
 };
 
 bool LidarReader::State::fetch() {
     const bool found = thesis_words() ? thesis.next(telegram) : s300.next(telegram);
     counts.stream = thesis_words() ? thesis.counts() : s300.counts();
+    if (!found) {
+        arrivals.forget_old();
+    }
     return found;
+}
+
+bool LidarReader::State::is_followed() const {
+    if (config.address != 0 && !thesis_words()) {
+        return telegram.address == config.address;
+    }
+    return !started || telegram.address == address;
 }
 
 /// Whether the telegram is of the device and field that are being followed.
 bool LidarReader::State::is_wanted() {
-    if (started && telegram.address != address) {
+    if (!is_followed()) {
         ++counts.other_devices;
         return false;
     }
+    counts.other_fields += telegram.more_fields;
     if (telegram.words.empty()) {
         counts.lockout_telegrams += telegram.status != 0 ? 1U : 0U;
         ++counts.without_distances;
@@ -148,11 +166,23 @@ bool LidarReader::State::is_wanted() {
     return true;
 }
 
-/// Whether the counter cannot have come this far since the last scan: a scanner that was switched
-/// off and on counts from anew.
+/// True when the scan does not fit to the ones before, so that the clock started anew. The thesis's
+/// stream counts nothing that a clock could be fitted to.
+bool LidarReader::State::fit_clock(double now) {
+    if (thesis_words()) {
+        fitted = now;
+        return false;
+    }
+    fitted = clock.stamp(telegram.scan_number, now);
+    return std::exchange(counts.clock_resets, clock.resets()) != clock.resets();
+}
+
+/// Why a new fit: a scanner that was switched off and on counts from anew, lower or far ahead. Else
+/// it was the host's clock, which may be set back while scans go on (or some seconds of them are
+/// lost).
 bool LidarReader::State::counter_jumped(std::int32_t steps, double now) const {
-    constexpr double kSlack = 10.0;  // seconds; a host may hold back so much
-    return steps < 0 || steps * config.count_period > now - arrival + kSlack;
+    constexpr double kSlack = 10.0;  // seconds
+    return steps < 0 || steps * config.count_period > std::max(now - arrival, 0.0) + kSlack;
 }
 
 /// Follows the scan counter; false for a scan that has been given already.
@@ -163,7 +193,8 @@ bool LidarReader::State::count_step() {
         ++counts.repeated_scans;
         return false;
     }
-    if (started && counter_jumped(steps, now)) {
+    const bool new_fit = fit_clock(now);
+    if (started && new_fit && counter_jumped(steps, now)) {
         ++counts.counter_resets;
     } else if (started) {
         counts.missed_scans += usual_step.missed(static_cast<std::uint32_t>(steps));
@@ -177,9 +208,7 @@ bool LidarReader::State::count_step() {
 }
 
 /// Of the first beam of the scan just counted.
-double LidarReader::State::stamp() {
-    // The thesis's stream counts nothing that a clock could be fitted to.
-    const double fitted = thesis_words() ? arrival : clock.stamp(scan_number, arrival);
+double LidarReader::State::stamp() const {
     return fitted - config.wire_time(telegram.end - telegram.begin) - config.latency;
 }
 
@@ -210,13 +239,13 @@ void LidarReader::State::find_blind_beams() {
     }
 }
 
-Scan LidarReader::State::make_scan(double stamp) {
+Scan LidarReader::State::make_scan() {
     const std::size_t beams = telegram.words.size();
     if (blind.size() != beams) {
         find_blind_beams();
     }
     Scan scan;
-    scan.stamp = stamp;
+    scan.stamp = stamp();
     scan.angle_min = angle_min();
     scan.angle_increment = angle_increment();
     scan.range_min = config.range_min;
@@ -227,8 +256,10 @@ Scan LidarReader::State::make_scan(double stamp) {
     scan.flags.resize(beams);
     for (std::size_t i = 0; i < beams; ++i) {
         const unsigned word = telegram.words[i];
-        const double range = kMetresPerCount * (word & kS300DistanceMask);
-        const bool nothing = range == 0.0 || range >= config.range_max || blind[i];
+        const unsigned distance = word & kS300DistanceMask;
+        const double range = kMetresPerCount * distance;
+        const bool nothing =
+            distance == 0 || distance == kS300NoReturn || range >= config.range_max || blind[i];
         scan.ranges[i] =
             nothing ? std::numeric_limits<float>::infinity() : static_cast<float>(range);
         scan.flags[i] = beam_flags(word, telegram.protocol);
@@ -272,7 +303,6 @@ std::optional<Scan> LidarReader::next() {
         if (!state.is_wanted() || !state.count_step()) {
             continue;
         }
-        const double stamp = state.stamp();  // of scans that are not given too: the clock goes on
         const std::vector<std::uint16_t>& words = state.telegram.words;
         if (state.telegram.status != 0) {
             ++state.counts.lockout_telegrams;
@@ -280,7 +310,7 @@ std::optional<Scan> LidarReader::next() {
                                [](std::uint16_t word) { return word == kS300Standby; })) {
             ++state.counts.standby_scans;
         } else {
-            Scan scan = state.make_scan(stamp);
+            Scan scan = state.make_scan();
             state.count_scan(scan);
             return scan;
         }

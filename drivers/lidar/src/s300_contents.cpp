@@ -63,14 +63,20 @@ std::size_t take_io(const Blocks& blocks, S300Telegram& telegram) {
     return word;
 }
 
-/// Nor has the block of a measuring field, which only reflectors may follow.
+/// Nor has the block of a measuring field, which other fields and reflectors may follow. No S300
+/// measures the 70.99 m that 0xBBBB would be.
+std::size_t end_of_field(const Blocks& blocks, std::size_t word) {
+    word += 2;
+    while (word < blocks.words && !blocks.field_begins(word) && !blocks.reflectors_begin(word)) {
+        ++word;
+    }
+    return word;
+}
+
 std::size_t take_field(const Blocks& blocks, std::size_t word, S300Telegram& telegram) {
     telegram.field = static_cast<std::uint8_t>(blocks[word + 1] / kFieldStep);
     const std::size_t begin = word + 2;
-    std::size_t end = begin;
-    while (end < blocks.words && !blocks.reflectors_begin(end)) {
-        ++end;
-    }
+    const std::size_t end = end_of_field(blocks, word);
     telegram.words.resize(end - begin);
     for (std::size_t i = 0; i < telegram.words.size(); ++i) {
         telegram.words[i] = blocks[begin + i];
@@ -162,10 +168,14 @@ bool take_apart(const std::uint8_t* bytes, std::size_t total, S300Telegram& tele
     telegram.words.clear();
     telegram.reflectors.clear();
     telegram.field = 0;
+    telegram.more_fields = 0;
     const Blocks blocks{bytes + kHeaderBytes, (total - kHeaderBytes - kChecksumBytes) / 2};
     std::size_t word = blocks[0] == kIoBlock ? take_io(blocks, telegram) : 0;
     if (blocks.field_begins(word)) {
         word = take_field(blocks, word, telegram);
+    }
+    for (; blocks.field_begins(word); word = end_of_field(blocks, word)) {
+        ++telegram.more_fields;
     }
     if (blocks.reflectors_begin(word)) {
         take_reflectors(blocks, word, telegram);

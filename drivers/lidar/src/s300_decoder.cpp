@@ -240,6 +240,7 @@ void S300Decoder::State::take(const Start& start, std::size_t total) {
     telegram.begin = start.begin;
     telegram.end = start.due;
     telegram.size_rule = kSizeRules[start.rule];
+    const auto begins_there = [&](const auto& other) { return other.begin == start.begin; };
     if (!take_apart(at(start.begin), total, telegram)) {
         ++counts.bad_contents;
     } else if (believes(dialect_of(telegram))) {
@@ -247,7 +248,9 @@ void S300Decoder::State::take(const Start& start, std::size_t total) {
         ++counts.telegrams;
         mark({telegram.begin, telegram.end});
         ready.keep();
-    } else {
+        // What fits by a believed rule fits by another one once in 65536 times.
+        doubted.erase(std::remove_if(doubted.begin(), doubted.end(), begins_there), doubted.end());
+    } else if (std::none_of(taken.begin(), taken.end(), begins_there)) {
         doubt(telegram);
     }
 }

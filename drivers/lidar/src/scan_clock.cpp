@@ -17,7 +17,6 @@ struct ScanClock::State {
     double first_arrival = 0.0;
     double count = 0.0;  ///< of the newest, from the first one of the fit on
     double stamp = 0.0;
-    double delay = 0.0;
     double late_since = 0.0;  ///< arrival from which on all have been too late; infinite: none
     std::uint64_t resets = 0;
 
@@ -49,7 +48,6 @@ void ScanClock::State::begin(std::uint32_t first, double arrival) {
     first_arrival = arrival;
     count = 0.0;
     stamp = arrival;
-    delay = 0.0;
     late_since = std::numeric_limits<double>::infinity();
 }
 
@@ -77,17 +75,12 @@ double ScanClock::stamp(std::uint32_t count, double arrival) {
     s.envelope.add({s.count, (arrival - s.first_arrival) - s.config.count_period * s.count},
                    s.config.window / s.config.count_period);
     s.line = s.envelope.fit(s.config.period_tolerance * s.config.count_period);
-    s.delay = arrival - s.fitted(s.count);
     s.stamp = std::max(s.fitted(s.count), s.stamp + 0.5 * s.period() * steps);
     return s.stamp;
 }
 
 double ScanClock::count_period() const {
     return state_->period();
-}
-
-double ScanClock::newest_delay() const {
-    return state_->delay;
 }
 
 std::uint64_t ScanClock::resets() const {

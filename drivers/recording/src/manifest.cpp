@@ -29,6 +29,13 @@ Json counts_json(const RecordingCounts& counts) {
             {"last_arrival", counts.last_arrival}};
 }
 
+Json devices_json(const RecordingDevices& devices) {
+    return {{"lidar_connects", devices.lidar_connects},
+            {"lidar_dropped", devices.lidar_dropped},
+            {"camera_connects", devices.camera_connects},
+            {"camera_dropped", devices.camera_dropped}};
+}
+
 /// Leaves the value alone where the manifest has none of its kind.
 void take(const Json& object, const char* key, std::uint64_t& value) {
     const auto found = object.find(key);
@@ -55,6 +62,15 @@ RecordingCounts counts_of(const Json& object) {
     take(object, "first_arrival", counts.first_arrival);
     take(object, "last_arrival", counts.last_arrival);
     return counts;
+}
+
+RecordingDevices devices_of(const Json& object) {
+    RecordingDevices devices;
+    take(object, "lidar_connects", devices.lidar_connects);
+    take(object, "lidar_dropped", devices.lidar_dropped);
+    take(object, "camera_connects", devices.camera_connects);
+    take(object, "camera_dropped", devices.camera_dropped);
+    return devices;
 }
 
 Json parsed(const std::filesystem::path& file) {
@@ -84,6 +100,9 @@ std::string to_text(const RecordingManifest& manifest) {
     if (manifest.counts) {
         json["counts"] = counts_json(*manifest.counts);
     }
+    if (manifest.devices) {
+        json["devices"] = devices_json(*manifest.devices);
+    }
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
@@ -111,6 +130,9 @@ RecordingManifest read_manifest(const std::filesystem::path& folder) {
     manifest.closed = closed != json.end() && *closed == Json(true);
     if (const auto counts = json.find("counts"); counts != json.end() && counts->is_object()) {
         manifest.counts = counts_of(*counts);
+    }
+    if (const auto found = json.find("devices"); found != json.end() && found->is_object()) {
+        manifest.devices = devices_of(*found);
     }
     return manifest;
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/sensors/robot.hpp"
 
+#include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/lidar/lidar_reader.hpp"
+
 namespace hybrid_slam {
 
 void describe(ConfigSchema& schema, RobotConfig& robot) {
@@ -22,6 +25,11 @@ RobotConfig read_robot(const std::filesystem::path& file) {
     ConfigSchema schema;
     describe(schema, robot);
     schema.load(file);
+    try {
+        const LidarReader checked(robot.lidar);  // what one key's range cannot say
+    } catch (const Error& error) {
+        throw Error(file.string() + ": " + error.what());
+    }
     return robot;
 }
 

@@ -126,10 +126,13 @@ int BlockSight::slot_behind_people() const {
 
 }  // namespace
 
-int only_slot(const Looks& looks, const View& view, const Rays& rays, int block) {
-    const int slot = BlockSight(looks, view, 0, block).only_slot();
-    for (std::size_t moment = 1; moment < rays.moments.size() && slot != Skyline::kNone; ++moment) {
-        if (BlockSight(looks, view, moment, block).only_slot() != slot) {
+int only_slot(const Exposure& exposure, int block) {
+    const auto slot_at = [&](std::size_t moment) {
+        return BlockSight(exposure.looks, exposure.view, moment, block).only_slot();
+    };
+    const int slot = slot_at(0);
+    for (std::size_t moment = 1; moment < exposure.rays.moments.size(); ++moment) {
+        if (slot == Skyline::kNone || slot_at(moment) != slot) {
             return Skyline::kNone;
         }
     }

@@ -7,11 +7,10 @@ namespace hybrid_slam {
 
 /// The surface on which all rays of the block end at all moments; Skyline::kNone when that is not
 /// sure.
-int only_slot(const Looks& looks, const View& view, const Rays& rays, int block);
+int only_slot(const Exposure& exposure, int block);
 
 /// Paints a block of which all rays end on one surface.
-void paint_surface(const Looks& looks, const View& view, const Rays& rays, int block, int slot,
-                   BlockLight& light);
+void paint_surface(const Exposure& exposure, int block, int slot, BlockLight& light);
 
 /// Paints blocks where several surfaces meet: sorts out which ray ends where, then looks up each
 /// surface for all of the block at once.

@@ -124,7 +124,7 @@ Eigen::Vector2d CameraRenderer::State::smear(const Eigen::Vector3d& twist) const
 Rays CameraRenderer::State::rays_for(const Eigen::Vector3d& twist) const {
     constexpr double kStill = 0.1;       // pixels
     constexpr double kTwoMoments = 2.0;  // pixels
-    constexpr double kPerGroup = 5.0;    // pixels
+    constexpr double kPerGroup = 6.0;    // pixels
     const Eigen::Vector2d smeared = smear(twist);
     const double length = smeared.norm();
     Rays rays;
@@ -204,13 +204,14 @@ Image CameraRenderer::render(const Pose2d& world_from_robot, const Eigen::Vector
     const Rays rays = state.rays_for(twist);
     state.view.look(world_from_robot, twist, rays.moments, people);
     state.film.expose(frame, image.height);
+    const Exposure exposure{state.looks, state.view, rays};
     BlockLight light;
     for (int block = 0; block < static_cast<int>(state.lens.blocks.size()); ++block) {
-        const int slot = only_slot(state.looks, state.view, rays, block);
+        const int slot = only_slot(exposure, block);
         if (slot == Skyline::kNone) {
             state.mixed.paint(state.view, rays, block, light);
         } else {
-            paint_surface(state.looks, state.view, rays, block, slot, light);
+            paint_surface(exposure, block, slot, light);
         }
         const int column = block % state.lens.blocks_across * kBlock;
         const int row = block / state.lens.blocks_across * kBlock;

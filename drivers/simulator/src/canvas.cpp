@@ -27,7 +27,8 @@ Pattern::Pattern(int side, int lattice, int octaves, float fade, std::uint64_t s
 void Pattern::add_octave(int lattice, float weight, std::uint64_t seed) {
     const int side = mask_ + 1;
     const int cell = side / lattice;
-    std::vector<float> knots(static_cast<std::size_t>(lattice * lattice));
+    const auto points = static_cast<std::size_t>(lattice);
+    std::vector<float> knots(points * points);
     for (std::size_t i = 0; i < knots.size(); ++i) {
         knots[i] = weight * static_cast<float>(2.0 * unit_of(hash(seed, i)) - 1.0);
     }
@@ -37,8 +38,8 @@ void Pattern::add_octave(int lattice, float weight, std::uint64_t seed) {
             smooth(static_cast<float>(i) / static_cast<float>(cell));
     }
     for (int y = 0; y < side; ++y) {
-        const float* low = &knots[static_cast<std::size_t>((y / cell) * lattice)];
-        const float* high = &knots[static_cast<std::size_t>(((y / cell + 1) % lattice) * lattice)];
+        const float* low = knots.data() + y / cell * lattice;
+        const float* high = knots.data() + (y / cell + 1) % lattice * lattice;
         const float up = ramp[static_cast<std::size_t>(y % cell)];
         float* row = &values_[static_cast<std::size_t>(y) * static_cast<std::size_t>(side)];
         for (int knot = 0; knot < lattice; ++knot) {

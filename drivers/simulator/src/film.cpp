@@ -49,7 +49,7 @@ void Film::develop(const BlockLight& light, int column, int row, Image& image) c
         const float* red_noise = &noise_[starts_[start + 2] + static_cast<std::size_t>(column)];
         const Texel* sums = light.sums.data() + line * kBlock;
         const float* gains = light.gains.data() + line * kBlock;
-        std::array<std::int32_t, kBlock> words;
+        std::array<std::int32_t, kBlock> words{};
         for (std::size_t i = 0; i < kBlock; ++i) {
             const auto sum = static_cast<std::int32_t>(sums[i]);
             const float gain = gains[i];
@@ -63,7 +63,7 @@ void Film::develop(const BlockLight& light, int column, int row, Image& image) c
                        byte_of(red + sigma * red_noise[i]) << 16;
         }
         // Each word's fourth byte is overwritten by the next one.
-        std::array<std::uint8_t, kChannels * kBlock + 1> bytes;
+        std::array<std::uint8_t, kChannels * kBlock + 1> bytes{};
         for (std::size_t i = 0; i < kBlock; ++i) {
             std::memcpy(&bytes[kChannels * i], &words[i], sizeof(std::int32_t));
         }
@@ -71,7 +71,11 @@ void Film::develop(const BlockLight& light, int column, int row, Image& image) c
                                                   static_cast<std::size_t>(image.width) +
                                               static_cast<std::size_t>(column)) *
                                              kChannels];
-        std::memcpy(target, bytes.data(), static_cast<std::size_t>(kChannels * columns));
+        if (columns == kBlock) {
+            std::memcpy(target, bytes.data(), kChannels * kBlock);  // of fixed size: no call
+        } else {
+            std::memcpy(target, bytes.data(), kChannels * static_cast<std::size_t>(columns));
+        }
     }
 }
 

@@ -21,7 +21,7 @@ class Film {
     void develop(const BlockLight& light, int column, int row, Image& image) const;
 
   private:
-    static constexpr int kChannels = 3;
+    static constexpr std::size_t kChannels = 3;
     static constexpr std::uint64_t kDraws = 1U << 15U;
 
     double noise_sigma_;

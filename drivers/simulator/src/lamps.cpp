@@ -34,8 +34,9 @@ Lamps::Lamps(double ceiling_height, std::uint64_t seed)
     const double step = kEachWay * kSpacing / kNodes;
     double mean = 0.0;
     for (int node = 0; node < kNodes * kNodes; ++node) {
-        const double sum =
-            sum_of_lamps((node % kNodes) * step, (node / kNodes) * step, ceiling_height);
+        const int column = node % kNodes;
+        const int row = node / kNodes;
+        const double sum = sum_of_lamps(column * step, row * step, ceiling_height);
         nodes_[static_cast<std::size_t>(node)] = static_cast<float>(sum);
         mean += sum / (kNodes * kNodes);
     }
@@ -65,7 +66,8 @@ double Lamps::sum_of_lamps(double x, double y, double height) const {
 bool Lamps::is_lit(int column, int row) const {
     static_assert((kEachWay & (kEachWay - 1)) == 0);
     constexpr int kMask = kEachWay - 1;
-    return lit_[static_cast<std::size_t>((row & kMask) * kEachWay + (column & kMask))];
+    const int lamp = (row & kMask) * kEachWay + (column & kMask);
+    return lit_[static_cast<std::size_t>(lamp)];
 }
 
 float Lamps::light(float x, float y) const {

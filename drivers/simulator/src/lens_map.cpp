@@ -43,7 +43,7 @@ LensMap::LensMap(const CameraModel& model, const CameraMounting& mounting, doubl
       blocks_across((model.width + kBlock - 1) / kBlock),
       blocks_down((model.height + kBlock - 1) / kBlock) {
     faces.entries = static_cast<int>(2.0 * kEntriesPerPixel * std::max(model.fx, model.fy));
-    blocks.resize(static_cast<std::size_t>(blocks_across * blocks_down));
+    blocks.resize(static_cast<std::size_t>(blocks_across) * static_cast<std::size_t>(blocks_down));
     for (std::vector<float>* map : {&ray_x, &ray_y, &entry, &slope}) {
         map->resize(blocks.size() * kBlockPixels);
     }

@@ -8,8 +8,9 @@ namespace hybrid_slam {
 BlockRamps::BlockRamps() {
     constexpr float kStep = 1.0F / (kBlock - 1);
     for (int pixel = 0; pixel < kBlockPixels; ++pixel) {
+        const int row = pixel / kBlock;
         across[pixel] = kStep * static_cast<float>(pixel % kBlock);
-        down[pixel] = kStep * static_cast<float>(pixel / kBlock);
+        down[pixel] = kStep * static_cast<float>(row);
     }
     both = across * down;
 }

@@ -85,6 +85,13 @@ struct Looks {
     BlockRamps ramps;
 };
 
+/// What the blocks of one frame are painted from.
+struct Exposure {
+    const Looks& looks;
+    const View& view;
+    const Rays& rays;
+};
+
 /// Adds the sums of four texels, divided by the number of the groups of four.
 void add_group(const BlockTexels& sums, unsigned group_bits, BlockTexels& total);
 

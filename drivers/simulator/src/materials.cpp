@@ -50,12 +50,13 @@ void Painter::scratch(Canvas& canvas, float length, float strength) {
     }
 }
 
-void Painter::print(Canvas& canvas, float x0, float y0, float x1, float y1) {
+void Painter::print(Canvas& canvas, const Area& sheet) {
     const auto tone = [this] {
         return Color{between(20, 230), between(20, 230), between(20, 230)};
     };
-    const float width = x1 - x0;
-    const float height = y1 - y0;
+    const auto& [x0, y0, x1, y1] = sheet;
+    const float width = sheet.width();
+    const float height = sheet.height();
     canvas.rectangle(x0, y0, x1, y1, {225.0F, 228.0F, 230.0F});
     const float head = y1 - between(0.15, 0.35) * height;
     canvas.rectangle(x0, head, x1, y1, tone());

@@ -61,7 +61,8 @@ Canvas panel(Painter& painter) {
 }
 
 /// A carton with its edges, a strip of tape and perhaps a label.
-void carton(Painter& painter, Canvas& canvas, float x0, float y0, float x1, float y1) {
+void carton(Painter& painter, Canvas& canvas, const Area& area) {
+    const auto& [x0, y0, x1, y1] = area;
     const Color board = Color{88.0F, 124.0F, 158.0F} * painter.between(0.7, 1.15);
     canvas.rectangle(x0, y0, x1, y1, board * 0.5F);
     const float edge = 0.012F;
@@ -69,9 +70,9 @@ void carton(Painter& painter, Canvas& canvas, float x0, float y0, float x1, floa
     const float tape = 0.5F * (x0 + x1) + painter.between(-0.03, 0.03);
     canvas.rectangle(tape - 0.025F, y0 + edge, tape + 0.025F, y1 - edge, board * 1.2F);
     if (painter.random.uniform() < 0.6) {
-        const float x = x0 + painter.between(0.08, 0.45) * (x1 - x0);
-        const float y = y0 + painter.between(0.15, 0.45) * (y1 - y0);
-        painter.print(canvas, x, y, x + 0.38F * (x1 - x0), y + 0.42F * (y1 - y0));
+        const float x = x0 + painter.between(0.08, 0.45) * area.width();
+        const float y = y0 + painter.between(0.15, 0.45) * area.height();
+        painter.print(canvas, {x, y, x + 0.38F * area.width(), y + 0.42F * area.height()});
     }
 }
 
@@ -81,9 +82,10 @@ void stack(Painter& painter, Canvas& canvas, float y0, float y1) {
     const float width = 1.0F / static_cast<float>(columns);
     const float height = (y1 - y0) / static_cast<float>(rows);
     for (int i = 0; i < columns * rows; ++i) {
+        const int row = i / columns;
         const float x = static_cast<float>(i % columns) * width;
-        const float y = y0 + static_cast<float>(i / columns) * height;
-        carton(painter, canvas, x, y, x + width, y + height * painter.between(0.9, 1.0));
+        const float y = y0 + static_cast<float>(row) * height;
+        carton(painter, canvas, {x, y, x + width, y + height * painter.between(0.9, 1.0)});
     }
 }
 
@@ -155,7 +157,7 @@ Canvas with_sheet(Painter& painter, Canvas canvas) {
     const float width = painter.between(0.4, 0.62);
     const float height = painter.between(0.5, 0.7);
     canvas.rectangle(x - 0.02F, y - 0.02F, x + width + 0.02F, y + height + 0.02F, kDark);
-    painter.print(canvas, x, y, x + width, y + height);
+    painter.print(canvas, {x, y, x + width, y + height});
     return canvas;
 }
 

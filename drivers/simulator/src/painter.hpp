@@ -9,6 +9,14 @@
 
 namespace hybrid_slam {
 
+/// Part of a canvas, in (0, 1).
+struct Area {
+    float x0, y0, x1, y1;
+
+    float width() const { return x1 - x0; }
+    float height() const { return y1 - y0; }
+};
+
 /// What all painting shares: the atlas, the random numbers and the patterns of dirt.
 struct Painter {
     Painter(TextureAtlas& atlas_in, const RenderConfig& config, std::uint64_t seed);
@@ -22,8 +30,8 @@ struct Painter {
     void soil(Canvas& canvas, float blotches, float fine);
     /// A straight thin line of the length anywhere, brighter or darker by the strength.
     void scratch(Canvas& canvas, float length, float strength);
-    /// Coloured blocks and lines of "text" on a sheet with these corners.
-    void print(Canvas& canvas, float x0, float y0, float x1, float y1);
+    /// Coloured blocks and lines of "text" on a white sheet.
+    void print(Canvas& canvas, const Area& sheet);
 
     TextureAtlas& atlas;
     float dirt;

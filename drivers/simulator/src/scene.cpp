@@ -116,9 +116,10 @@ Picture Decorator::floor_picture(int u, int v, float zone, float bare_low, float
 void Decorator::lay_floor() {
     const int side = 1 << kFloorBits;
     scene_.floor = make_grid(kFloorBits, kFloorBits);
-    scene_.floor_shine.resize(static_cast<std::size_t>(side * side));
+    scene_.floor_shine.resize(std::size_t{1} << (2 * kFloorBits));
     const Pattern zones(side, side / 8, 2, 0.8F, hash(seed_, 3));
     std::vector<float> sorted;
+    sorted.reserve(scene_.floor_shine.size());
     for (int cell = 0; cell < side * side; ++cell) {
         sorted.push_back(zones.at(cell % side, cell / side));
     }
@@ -212,8 +213,8 @@ CellGrid Decorator::decorate(WallKind kind, int columns, std::uint64_t number) {
         for (int u = 0; u < 1 << grid.u_bits; ++u) {
             const auto piece = static_cast<std::uint64_t>(u / kPiece);
             const bool same = piece == 0 || kind == WallKind::kStorage;
-            const std::uint64_t hashed =
-                hash(seed_, number, static_cast<std::uint64_t>((v << kMostWallBits) + u));
+            const int cell = (v << kMostWallBits) + u;
+            const std::uint64_t hashed = hash(seed_, number, static_cast<std::uint64_t>(cell));
             scene_.cells[grid.index(u, v)] = wall_picture(
                 same ? kind : random_kind(hash(number, piece)), u, std::min(v, rows - 1), hashed);
         }
@@ -333,9 +334,9 @@ FigureCover Figure::cover(const Eigen::Array2f& least, const Eigen::Array2f& mos
         for (int column = square(least.x(), kSquares); column <= square(most.x(), kSquares);
              ++column) {
             const bool on_board = row >= 0 && row < rows && column >= 0 && column < kSquares;
+            const int at = row * kSquares + column;
             const FigureCover here =
-                on_board ? squares[static_cast<std::size_t>(row * kSquares + column)]
-                         : FigureCover::kNothing;
+                on_board ? squares[static_cast<std::size_t>(at)] : FigureCover::kNothing;
             all = all && here == FigureCover::kAll;
             nothing = nothing && here == FigureCover::kNothing;
         }

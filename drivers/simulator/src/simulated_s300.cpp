@@ -25,8 +25,7 @@ BeamFan fan_of(const LidarConfig& lidar) {
     const double steps = std::round(kFieldOfView / lidar.angle_step);
     BeamFan fan;
     fan.angle_increment = lidar.angle_step;
-    fan.angle_min = (lidar.upside_down ? -lidar.angle_offset : lidar.angle_offset) -
-                    steps * lidar.angle_step / 2.0;
+    fan.angle_min = lidar.angle_offset - steps * lidar.angle_step / 2.0;
     fan.beams = static_cast<std::size_t>(steps) + 1;
     return fan;
 }
@@ -92,6 +91,9 @@ LidarBytes SimulatedS300::next() {
     telegram.scan_number = kFirstCount + kCountsPerScan * scans_;
     telegram.telegram_number = static_cast<std::uint16_t>(scans_);
     telegram.field = 1;
+    if (lidar_.address != 0) {
+        telegram.address = static_cast<std::uint8_t>(lidar_.address);
+    }
     const std::vector<double> ranges = true_ranges();
     telegram.words.reserve(ranges.size());
     for (const double range : ranges) {

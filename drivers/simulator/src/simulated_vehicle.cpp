@@ -15,7 +15,8 @@ namespace hybrid_slam {
 namespace {
 
 constexpr std::uint64_t kCameraStream = std::uint64_t{4} << 32U;
-constexpr double kFirstImage = 0.02;  ///< seconds
+constexpr double kFirstImage = 0.02;     ///< seconds
+constexpr double kLeastWheelbase = 0.1;  ///< metres, to either side
 
 /// The path as often as the world's laps or the distance say.
 Points driven_path(const World& world, const std::string& path_name, double distance) {
@@ -93,11 +94,20 @@ class SimulatedCamera {
     double arrival_ = 0.0;
 };
 
-VehicleConfig vehicle_of(const RobotConfig& robot, const SimulatedDriveConfig& config) {
+SimulatedDriveConfig checked(SimulatedDriveConfig config, const RobotConfig& robot) {
+    ConfigSchema schema;
+    const ConfigSchema::Section section(schema, "drive");
+    describe(schema, config);  // throws for values out of their ranges
     if (config.speed > robot.vehicle.speed_limit) {
         throw Error("drive.speed: above the vehicle's speed_limit");
     }
-    return robot.vehicle;
+    if (std::abs(robot.vehicle.wheelbase) < kLeastWheelbase) {
+        throw Error("vehicle.wheelbase: too short to steer by");
+    }
+    if (robot.lidar.protocol != LidarProtocol::kS300) {
+        throw Error("lidar.protocol: the simulated scanner speaks s300 alone");
+    }
+    return config;
 }
 
 }  // namespace
@@ -106,9 +116,10 @@ struct SimulatedVehicle::State {
     State(World world_in, const std::string& path, const RobotConfig& robot,
           const SimulatedDriveConfig& config)
         : world(std::move(world_in)),
-          drive(driven_path(world, path, config.distance), vehicle_of(robot, config),
+          drive(driven_path(world, path, config.distance), robot.vehicle,
                 {config.speed, config.turn_rate}),
-          lidar(world, drive, robot.lidar, config) {
+          lidar(world, drive, robot.lidar, config),
+          robot_from_laser(robot.lidar.robot_from_laser()) {
         if (config.camera && robot.camera.enabled) {
             camera.emplace(world, drive, robot.camera, config);
         }
@@ -117,6 +128,7 @@ struct SimulatedVehicle::State {
     World world;
     ForkliftDrive drive;
     SimulatedS300 lidar;
+    Pose2d robot_from_laser;
     std::optional<LidarBytes> next_bytes;
     double next_stamp = 0.0;  ///< of these
     std::optional<SimulatedCamera> camera;
@@ -126,7 +138,7 @@ struct SimulatedVehicle::State {
 
 SimulatedVehicle::SimulatedVehicle(World world, const std::string& path, const RobotConfig& robot,
                                    const SimulatedDriveConfig& config)
-    : state_(std::make_unique<State>(std::move(world), path, robot, config)) {}
+    : state_(std::make_unique<State>(std::move(world), path, robot, checked(config, robot))) {}
 SimulatedVehicle::~SimulatedVehicle() = default;
 
 std::optional<SensorEvent> SimulatedVehicle::next() {
@@ -158,6 +170,20 @@ const Trajectory& SimulatedVehicle::truth() const {
 
 double SimulatedVehicle::duration() const {
     return state_->drive.duration();
+}
+
+std::optional<StampedPose> SimulatedVehicle::first_crash() const {
+    constexpr double kStep = 0.1;  // seconds
+    const Point2 scanner = state_->robot_from_laser.translation;
+    for (double time = 0.0; time < duration(); time += kStep) {
+        const Pose2d pose = state_->drive.world_from_robot(time);
+        const Eigen::Vector2d reach = pose.rotation() * scanner;
+        if (reach.norm() > 0.0 &&
+            state_->world.cast_ray(pose.translation, reach.normalized()) < reach.norm()) {
+            return StampedPose{time, pose};
+        }
+    }
+    return std::nullopt;
 }
 
 void describe(ConfigSchema& schema, SimulatedDriveConfig& config) {

@@ -8,7 +8,7 @@
 namespace hybrid_slam {
 
 Skyline::Skyline(const HorizonFaces& faces, int first, int last) : faces_(faces), first_(first) {
-    const auto entries = static_cast<std::size_t>(last - first + 1);
+    const auto entries = static_cast<std::size_t>(last - first) + 1;
     for (Layer* layer : {&walls_, &people_}) {
         layer->nearness.resize(entries);
         layer->slot.resize(entries);

@@ -63,23 +63,23 @@ void sum_patch(const Patch& patch, const BlockSpots& spots, const FourSteps& ste
     }
 }
 
-void set_gains(const Looks& looks, const View& view, int block, const Slot& slot,
-               const Corners& corners, BlockLight& light) {
+BlockFloats gains_of(const Looks& looks, const View& view, int block, const Slot& slot,
+                     const Corners& corners) {
     const LensBlock& lens = looks.lens.blocks[static_cast<std::size_t>(block)];
     std::array<float, 4> gains{};
     for (std::size_t i = 0; i < gains.size(); ++i) {
         gains[i] = 0.25F * lens.vignette[i] * looks.light_at(view, slot, corners[i]);
     }
-    light.gains = looks.ramps.blend(gains);
+    return looks.ramps.blend(gains);
 }
 
 }  // namespace
 
-void paint_surface(const Looks& looks, const View& view, const Rays& rays, int block, int slot,
-                   BlockLight& light) {
+void paint_surface(const Exposure& exposure, int block, int slot, BlockLight& light) {
+    const auto& [looks, view, rays] = exposure;
     const Patch patch = patch_of(looks, view, block, slot, rays.spacing);
-    set_gains(looks, view, block, view.slots()[static_cast<std::size_t>(slot)], patch.corners,
-              light);
+    light.gains =
+        gains_of(looks, view, block, view.slots()[static_cast<std::size_t>(slot)], patch.corners);
     const float scale = 1.0F / static_cast<float>(1 << patch.grade.level);
     Eigen::Matrix3f scaled = view.map(slot).rows;
     scaled.topRows<2>() *= scale;

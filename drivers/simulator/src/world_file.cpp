@@ -251,7 +251,8 @@ void WorldFile::add_person(const YAML::Node& node, World& world) const {
     if (const YAML::Node radius = node["radius"]) {
         person.radius = positive(radius, "radius");
     }
-    if (person.at(0.0).center == person.at(0.5 / person.speed).center) {
+    if (std::all_of(person.way.begin(), person.way.end(),
+                    [&](const Point2& point) { return point == person.way.front(); })) {
         fail(node, "way", "needs two different points");
     }
     world.people.push_back(std::move(person));
@@ -290,11 +291,11 @@ World WorldFile::read_world() const {
     for (const YAML::Node& node : optional_list("posts")) {
         add_post(node, world);
     }
-    if (world.walls.size() + world.posts.size() + world.people.size() > kMostShapes) {
-        throw Error(fmt::format("{}:1: more than {} walls, posts and people", file_, kMostShapes));
-    }
     for (const YAML::Node& node : optional_list("people")) {
         add_person(node, world);
+    }
+    if (world.walls.size() + world.posts.size() + world.people.size() > kMostShapes) {
+        throw Error(fmt::format("{}:1: more than {} walls, posts and people", file_, kMostShapes));
     }
     add_paths(world);
     if (const YAML::Node laps = root_["laps"]) {
@@ -318,10 +319,15 @@ void WorldFile::read_section(const char* name, Config& config) const {
     ConfigSchema schema;
     const ConfigSchema::Section prefix(schema, name);
     describe(schema, config);
+    std::vector<std::string> met;
     for (const auto& item : section) {
         if (!item.first.IsScalar() || !item.second.IsScalar()) {
             fail(item.first, name, "must hold lines like 'key: value'");
         }
+        if (std::find(met.begin(), met.end(), item.first.Scalar()) != met.end()) {
+            fail(item.first, item.first.Scalar(), "repeated key");
+        }
+        met.push_back(item.first.Scalar());
         try {
             schema.override_with(std::string(name) + "." + item.first.Scalar() + "=" +
                                  item.second.Scalar());

@@ -21,15 +21,17 @@ TEST(LidarConfigKeys, AreReadAndWritten) {
     LidarConfig config;
     ConfigSchema schema;
     describe(schema, config);
-    schema.load(folder.write(
-        "lidar.yaml",
-        "protocol: thesis_words\nport: tcp://10.0.0.5:4001\nbaud: 115200\nx: 1.2\ny: -0.1\n"
-        "yaw_deg: 90\nupside_down: true\nangle_step_deg: 0.25\nangle_offset_deg: -5\n"
-        "blind_sectors_deg: [-135, -120, 120, 135]\nrange_min: 0.1\nrange_max: 20\n"
-        "count_period: 0.05\nturn_time: 0.06\nlatency: 0.01\n"));
+    schema.load(
+        folder.write("lidar.yaml",
+                     "protocol: thesis_words\nport: tcp://10.0.0.5:4001\nbaud: 115200\naddress: "
+                     "8\nx: 1.2\ny: -0.1\n"
+                     "yaw_deg: 90\nupside_down: true\nangle_step_deg: 0.25\nangle_offset_deg: -5\n"
+                     "blind_sectors_deg: [-135, -120, 120, 135]\nrange_min: 0.1\nrange_max: 20\n"
+                     "count_period: 0.05\nturn_time: 0.06\nlatency: 0.01\n"));
     EXPECT_EQ(config.protocol, LidarProtocol::kThesisWords);
     EXPECT_EQ(config.port, "tcp://10.0.0.5:4001");
     EXPECT_EQ(config.baud, 115200);
+    EXPECT_EQ(config.address, 8);
     EXPECT_EQ(config.robot_from_laser().translation.x(), 1.2);
     EXPECT_EQ(config.robot_from_laser().heading, radians(90.0));
     EXPECT_TRUE(config.upside_down);
@@ -65,9 +67,9 @@ TEST(LidarConfigKeys, WhatIsOutOfRangeIsRefused) {
                 HasSubstr("lidar.blind_sectors_deg: must hold pairs"));
     EXPECT_THAT(refusal([](LidarConfig& c) { c.range_min = c.range_max; }),
                 HasSubstr("lidar.range_min: must be less than lidar.range_max"));
-    for (const char* assignment :
-         {"baud=0", "angle_step_deg=0", "range_max=0", "count_period=0", "turn_time=-1",
-          "latency=2", "blind_sectors_deg=[400, 1]", "protocol=s3000"}) {
+    for (const char* assignment : {"baud=0", "angle_step_deg=0", "range_max=0", "range_max=82",
+                                   "address=256", "address=-1", "count_period=0", "turn_time=-1",
+                                   "latency=2", "blind_sectors_deg=[400, 1]", "protocol=s3000"}) {
         LidarConfig config;
         ConfigSchema schema;
         describe(schema, config);

@@ -9,8 +9,8 @@
 #include <iterator>
 #include <random>
 
+#include "scans.hpp"
 #include "support/shared_data.hpp"
-#include "telegrams.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -19,17 +19,7 @@ using namespace test;  // NOLINT
 using ::testing::ElementsAre;
 using ::testing::FloatEq;
 
-constexpr double kEpoch = 1.8e9;
 constexpr float kNothing = HUGE_VALF;
-
-std::vector<Scan> scans_of(LidarReader& reader, const Bytes& bytes, double arrival = kEpoch) {
-    reader.push({arrival, bytes});
-    std::vector<Scan> scans;
-    while (auto scan = reader.next()) {
-        scans.push_back(std::move(*scan));
-    }
-    return scans;
-}
 
 /// The one scan that these words give.
 Scan scan_of(const LidarConfig& config, const S300Telegram& telegram) {
@@ -37,10 +27,6 @@ Scan scan_of(const LidarConfig& config, const S300Telegram& telegram) {
     std::vector<Scan> scans = scans_of(reader, encode(telegram));
     EXPECT_EQ(scans.size(), 1U);
     return scans.empty() ? Scan() : scans[0];
-}
-
-std::vector<std::uint16_t> level_words(std::size_t count, std::uint16_t word = 500) {
-    return std::vector<std::uint16_t>(count, word);
 }
 
 TEST(LidarReader, WordsBecomeMetresAndFlags) {
@@ -55,6 +41,16 @@ TEST(LidarReader, WordsBecomeMetresAndFlags) {
                 ElementsAre(0, int{kReflector}, int{kProtectiveField}, 0, 0, 0, 0, 0, 0));
     telegram.protocol = 0x0102;
     EXPECT_EQ(scan_of({}, telegram).flags[3], kWarningField);
+}
+
+TEST(LidarReader, WhatTheDeviceSaysOfNothingMeasuredIsNoWall) {
+    LidarConfig config;
+    config.range_max = 40.0;
+    const Scan scan =
+        scan_of(config, telegram_of(2, {2995, 2996, 0x4000 | 2996, 2997, 3999, 4000}));
+    EXPECT_THAT(scan.ranges, ElementsAre(FloatEq(29.95F), kNothing, kNothing, FloatEq(29.97F),
+                                         FloatEq(39.99F), kNothing));
+    EXPECT_EQ(scan.flags[2], kProtectiveField);
 }
 
 TEST(LidarReader, BeamsLieSymmetricToTheMiddleAndCounterClockwise) {
@@ -195,50 +191,21 @@ TEST(LidarReader, StandbyAndLockOutAreCountedAndNotGiven) {
     EXPECT_EQ(reader.counts().missed_scans, 0U);
 }
 
-TEST(LidarReader, OnlyTheFirstDeviceAndFieldAreFollowed) {
-    LidarReader reader(LidarConfig{});
-    S300Telegram guest = telegram_of(700);
-    guest.address = 8;
-    S300Telegram second = telegram_of(2);
-    second.field = 2;
-    S300Telegram io;
-    io.scan_number = 2;
-    io.io = {5};
-    const std::vector<Scan> scans =
-        scans_of(reader, joined({encode(io), encode(telegram_of(2)), encode(guest), encode(second),
-                                 encode(io), encode(telegram_of(4))}));
-    EXPECT_EQ(scans.size(), 2U);
-    EXPECT_EQ(reader.counts().other_devices, 1U);
-    EXPECT_EQ(reader.counts().other_fields, 1U);
-    EXPECT_EQ(reader.counts().without_distances, 2U);
-    EXPECT_EQ(reader.counts().counter_resets, 0U);
-}
-
-TEST(LidarReader, ScansMissingAreToldByTheUsualStep) {
-    LidarReader reader(LidarConfig{});
-    double arrival = kEpoch;
-    std::size_t scans = 0;
-    for (const std::uint32_t number : {10U, 16U, 18U, 20U, 22U, 28U, 30U, 30U, 32U}) {
-        arrival += 0.08;
-        scans += scans_of(reader, encode(telegram_of(number)), arrival).size();
+/// More than the decoder may look back on, and only then fetched.
+TEST(LidarReader, ScansFetchedLateKeepTheirArrivals) {
+    LidarReader prompt(LidarConfig{});
+    LidarReader late(LidarConfig{});
+    std::vector<double> expected;
+    for (std::uint32_t i = 0; i < 300; ++i) {
+        const LidarBytes bytes{kEpoch + 0.08 * i, encode(telegram_of(2 * i, level_words(541)))};
+        expected.push_back(scans_of(prompt, bytes.bytes, bytes.arrival).at(0).stamp);
+        late.push(bytes);
     }
-    EXPECT_EQ(scans, 8U);
-    EXPECT_EQ(reader.counts().repeated_scans, 1U);
-    // The first step was no gap yet, for nothing was known.
-    EXPECT_EQ(reader.counts().missed_scans, 2U);
-}
-
-TEST(LidarReader, AScannerSwitchedOffAndOnIsNoGap) {
-    for (const std::uint32_t restart : {1U, 2000000U}) {
-        LidarReader reader(LidarConfig{});
-        double arrival = kEpoch;
-        for (const std::uint32_t number : {1000U, 1002U, 1004U, restart, restart + 2}) {
-            arrival += 0.08;
-            ASSERT_EQ(scans_of(reader, encode(telegram_of(number)), arrival).size(), 1U);
-        }
-        EXPECT_EQ(reader.counts().counter_resets, 1U);
-        EXPECT_EQ(reader.counts().missed_scans, 0U);
+    std::vector<double> stamps;
+    while (const std::optional<Scan> scan = late.next()) {
+        stamps.push_back(scan->stamp);
     }
+    EXPECT_EQ(stamps, expected);
 }
 
 TEST(LidarReader, TheCounterMayWrap) {
@@ -306,15 +273,23 @@ TEST(LidarReader, ReadsTheThesisWordsBehindTheirKey) {
     EXPECT_TRUE(scans_of(strict, stream).empty());
 }
 
+Bytes read_file(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 TEST(LidarReader, ReadsTheGivenFiles) {
     HYBRID_SLAM_SHARED_OR_SKIP(folder, "data/s300_telegrams");
     const auto read = [&](const char* name) {
-        std::ifstream stream(folder / name, std::ios::binary);
+        const Bytes bytes = read_file(folder / name);
         LidarReader reader(LidarConfig{});
-        const std::size_t scans =
-            scans_of(reader, {std::istreambuf_iterator<char>(stream), {}}).size();
-        EXPECT_EQ(reader.counts().scans, scans);
-        return std::make_pair(scans, reader.counts());
+        const std::vector<Scan> scans = scans_of(reader, bytes);
+        EXPECT_EQ(reader.counts().scans, scans.size());
+        if (scans.size() == 1) {  // 20 us for each byte and 40 ms of latency
+            EXPECT_NEAR(scans[0].stamp, kEpoch - 2e-5 * static_cast<double>(bytes.size()) - 0.04,
+                        1e-6);
+        }
+        return std::make_pair(scans.size(), reader.counts());
     };
     for (const char* name : {"full541_v0102.bin", "full541_v0103.bin", "io_full541_v0102.bin",
                              "io_full541_v0103.bin", "slave08_full541_v0103.bin"}) {
@@ -330,7 +305,22 @@ TEST(LidarReader, ReadsTheGivenFiles) {
     EXPECT_EQ(read("standby_full541_v0103.bin").first, 0U);
     EXPECT_EQ(read("standby_full541_v0103.bin").second.standby_scans, 1U);
     EXPECT_EQ(read("short5_v0102.bin").second.beams, 5U);
-    EXPECT_EQ(read("stream_garbage_good_corrupt_good.bin").first, 2U);
+}
+
+/// Scans 100 and 104 are 4 turns of the mirror of 40 ms apart, with a damaged telegram between.
+TEST(LidarReader, StampsTheGivenStreamByItsScanNumbers) {
+    HYBRID_SLAM_SHARED_OR_SKIP(file, "data/s300_telegrams/stream_garbage_good_corrupt_good.bin");
+    const Bytes bytes = read_file(file);
+    const auto last = static_cast<std::ptrdiff_t>(bytes.size()) - 1108;  // the second good one
+    LidarReader reader(LidarConfig{});
+    std::vector<Scan> scans = scans_of(reader, Bytes(bytes.begin(), bytes.begin() + last));
+    ASSERT_EQ(scans.size(), 1U);
+    EXPECT_NEAR(scans[0].stamp, kEpoch - 0.02216 - 0.04, 1e-5);
+    scans = scans_of(reader, Bytes(bytes.begin() + last, bytes.end()), kEpoch + 0.16);
+    ASSERT_EQ(scans.size(), 1U);
+    EXPECT_NEAR(scans[0].stamp, kEpoch + 0.16 - 0.02216 - 0.04, 1e-5);
+    EXPECT_EQ(reader.counts().stream.bad_checksums, 1U);
+    EXPECT_EQ(reader.counts().clock_resets, 0U);
 }
 
 }  // namespace

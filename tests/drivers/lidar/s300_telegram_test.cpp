@@ -149,12 +149,26 @@ INSTANTIATE_TEST_SUITE_P(Rules, S300Blocks,
                                            S300SizeRule::kFromByte12));
 
 TEST(S300Telegram, DistancesThatSpellABlockIdStayDistances) {
-    // 0xCCCC counts 5 reflectors that are not there; 0xBBBB 0x2222 would be another field.
-    const std::vector<std::uint16_t> words{0xCCCC, 5, 1, 2, 0xBBBB, 0x2222, 0xAAAA, 3};
+    // 0xCCCC counts 5 reflectors that are not there; there is no field 0x2223 or 0x6666.
+    const std::vector<std::uint16_t> words{0xCCCC, 5, 1, 2, 0xBBBB, 0x2223, 0xAAAA, 0xBBBB, 0x6666};
     const Decoded decoded = decode(encode(telegram_of(2, words)));
     ASSERT_EQ(decoded.telegrams.size(), 1U);
     EXPECT_EQ(decoded.telegrams[0].words, words);
     EXPECT_THAT(decoded.telegrams[0].reflectors, IsEmpty());
+}
+
+TEST(S300Telegram, TheFirstOfSeveralFieldsIsKeptAndTheOthersAreCounted) {
+    S300Telegram telegram = telegram_of(2, {7, 8, 9, 0xBBBB, 0x2222, 4, 5, 0xBBBB, 0x5555, 6});
+    telegram.io = {3};
+    telegram.reflectors.push_back({1.0, 2.0, kReflector});
+    const Decoded decoded = decode(encode(telegram));
+    ASSERT_EQ(decoded.telegrams.size(), 1U);
+    EXPECT_EQ(decoded.telegrams[0].field, 1);
+    EXPECT_THAT(decoded.telegrams[0].words, ElementsAre(7, 8, 9));
+    EXPECT_EQ(decoded.telegrams[0].more_fields, 2U);
+    EXPECT_THAT(decoded.telegrams[0].io, ElementsAre(3));
+    EXPECT_EQ(decoded.telegrams[0].reflectors.size(), 1U);
+    EXPECT_EQ(decode(encode(telegram_of(4))).telegrams.at(0).more_fields, 0U);
 }
 
 TEST(S300Telegram, AReflectorBlockOfNoneEndsTheDistances) {

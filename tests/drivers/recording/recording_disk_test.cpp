@@ -60,30 +60,35 @@ void wait_until(Condition condition) {
     EXPECT_TRUE(condition());
 }
 
-/// A disk that takes no image before it is told to.
-class StuckDisk {
+/// Holds up who comes, until it is opened.
+class Gate {
   public:
-    RecordingOptions options(std::string origin, std::size_t queue_bytes) {
-        RecordingOptions options;
-        options.origin = std::move(origin);
-        options.queue_bytes = queue_bytes;
-        options.free_space = [this](const std::filesystem::path&) {
-            asked_ = true;
-            opened_.wait();
-            return 1e15;
-        };
-        return options;
+    void pass() {
+        reached_ = true;
+        opened_.wait();
     }
-    void wait_until_asked() {
-        wait_until([this] { return asked_.load(); });
+    void wait_until_reached() {
+        wait_until([this] { return reached_.load(); });
     }
-    void release() { released_.set_value(); }
+    void open() { opening_.set_value(); }
 
   private:
-    std::atomic<bool> asked_{false};
-    std::promise<void> released_;
-    std::shared_future<void> opened_ = released_.get_future().share();
+    std::atomic<bool> reached_{false};
+    std::promise<void> opening_;
+    std::shared_future<void> opened_ = opening_.get_future().share();
 };
+
+/// Of a disk that syncs often and treats the images in its own way.
+RecordingOptions syncing_images(const std::function<void()>& before_sync) {
+    RecordingOptions options;
+    options.sync_every = 0.01;
+    options.before_sync = [before_sync](const std::filesystem::path& file) {
+        if (file.filename() == RecordingFiles::kCamera) {
+            before_sync();
+        }
+    };
+    return options;
+}
 
 TEST(RecordingDisk, WholeRecordsOnlyOnAFullDisk) {
     const TempFolder folder;
@@ -206,6 +211,7 @@ TEST(RecordingDisk, NearlyFullDiskIsKeptForTheLidar) {
     EXPECT_THAT(writer.image_trouble(), HasSubstr("nearly full"));
     free = 1e6;  // somebody made room
     writer.push(image_event(2));
+    wait_until([&] { return writer.image_trouble().empty(); });
     writer.close();
     EXPECT_EQ(writer.counts().images, 2U);
     EXPECT_EQ(writer.counts().lidar_chunks, 1U);
@@ -214,10 +220,16 @@ TEST(RecordingDisk, NearlyFullDiskIsKeptForTheLidar) {
 
 TEST(RecordingDisk, SlowDiskDropsImagesBeforeScans) {
     const TempFolder folder;
-    StuckDisk disk;
-    RecordingWriter writer(folder / "a", {}, disk.options("live", 100'000));
+    Gate gate;
+    RecordingOptions options;
+    options.queue_bytes = 100'000;
+    options.free_space = [&](const std::filesystem::path&) {
+        gate.pass();
+        return 1e15;
+    };
+    RecordingWriter writer(folder / "a", {}, options);
     writer.push(image_event(0));
-    disk.wait_until_asked();
+    gate.wait_until_reached();
     for (std::uint64_t i = 1; i < 20; ++i) {
         writer.push(image_event(i));
         writer.push(lidar_event(i));
@@ -225,12 +237,91 @@ TEST(RecordingDisk, SlowDiskDropsImagesBeforeScans) {
     const std::uint64_t dropped = writer.counts().dropped_images;
     EXPECT_EQ(dropped, 17U);  // three images of 30 to 37 kB fit
     EXPECT_EQ(writer.counts().dropped_by_slowness, dropped);
-    disk.release();
+    EXPECT_THAT(writer.image_trouble(), HasSubstr("too slow"));
+    gate.open();
     writer.close();
     EXPECT_EQ(writer.counts().images, 3U);
     EXPECT_EQ(writer.counts().lidar_chunks, 19U);
     EXPECT_EQ(writer.counts().dropped_images, dropped);
     EXPECT_EQ(writer.image_trouble(), "");
+}
+
+// What a power cut would take while the images' sync hangs: images, but no scans.
+TEST(RecordingDisk, ScansAreSyncedWhileTheDiskIsBusyWithImages) {
+    const TempFolder folder;
+    Gate gate;
+    RecordingWriter writer(folder / "a", {}, syncing_images([&] { gate.pass(); }));
+    writer.push(image_event(0));
+    gate.wait_until_reached();
+    for (std::uint64_t i = 0; i < 5; ++i) {
+        writer.push(lidar_event(i));
+        wait_until([&] { return writer.synced_counts().lidar_chunks == i + 1; });
+    }
+    EXPECT_EQ(writer.synced_counts().images, 0U);
+    gate.open();
+    writer.close();
+    EXPECT_EQ(writer.synced_counts().images, 1U);
+}
+
+TEST(RecordingDisk, ImagesTakeRoomUntilTheyAreOnTheDisk) {
+    const TempFolder folder;
+    Gate gate;
+    RecordingOptions options = syncing_images([&] { gate.pass(); });
+    options.queue_bytes = 100'000;
+    RecordingWriter writer(folder / "a", {}, options);
+    writer.push(image_event(0));
+    gate.wait_until_reached();
+    EXPECT_EQ(writer.counts().images, 1U);  // the system has taken it
+    for (std::uint64_t i = 1; i < 20; ++i) {
+        writer.push(image_event(i));
+    }
+    EXPECT_EQ(writer.counts().dropped_by_slowness, 17U);
+    gate.open();
+    wait_until([&] { return writer.synced_counts().images == 3; });
+    writer.push(image_event(20));
+    writer.close();
+    EXPECT_EQ(writer.counts().images, 4U);
+    EXPECT_EQ(writer.image_trouble(), "");
+}
+
+TEST(RecordingDisk, ImagesWhoseSyncFailedAreNeverCalledSynced) {
+    const TempFolder folder;
+    std::atomic<int> syncs{0};
+    RecordingWriter writer(folder / "a", {}, syncing_images([&] {
+                               if (++syncs == 2) {  // and never again
+                                   throw Error("camera.rec: Input/output error");
+                               }
+                           }));
+    writer.push(image_event(0));
+    wait_until([&] { return writer.synced_counts().images == 1; });
+    writer.push(image_event(1));
+    wait_until([&] { return !writer.image_trouble().empty(); });
+    for (std::uint64_t i = 2; i < 5; ++i) {
+        writer.push(image_event(i));
+        writer.push(lidar_event(i));
+    }
+    writer.close();
+    EXPECT_EQ(syncs, 2);
+    EXPECT_EQ(writer.counts().images, 2U);
+    EXPECT_EQ(writer.synced_counts().images, 1U);
+    EXPECT_EQ(writer.counts().dropped_images, 3U);
+    EXPECT_EQ(writer.counts().dropped_by_slowness, 0U);
+    EXPECT_EQ(writer.synced_counts().lidar_chunks, 3U);
+    EXPECT_THAT(writer.image_trouble(), HasSubstr("Input/output error; its end may be lost"));
+}
+
+TEST(RecordingDisk, LidarWhoseSyncFailedIsAnError) {
+    const TempFolder folder;
+    RecordingOptions options;
+    options.before_sync = [](const std::filesystem::path& file) {
+        throw Error(file.filename().string() + ": Input/output error");
+    };
+    RecordingWriter writer(folder / "a", {}, options);
+    writer.push(lidar_event(0));
+    EXPECT_THAT(error_of([&] { writer.close(); }), HasSubstr("lidar.rec: Input/output error"));
+    EXPECT_EQ(writer.counts().lidar_chunks, 1U);
+    EXPECT_EQ(writer.synced_counts().lidar_chunks, 0U);
+    EXPECT_THAT(error_of([&] { writer.push(image_event(0)); }), HasSubstr("lidar.rec"));
 }
 
 TEST(RecordingDisk, SimulationWaitsForASlowDisk) {

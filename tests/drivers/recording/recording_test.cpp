@@ -153,6 +153,22 @@ TEST(Recording, LiveOnesSayWhenTheyWereMade) {
     EXPECT_THAT(reader.manifest().created, ::testing::MatchesRegex("20..-..-..T..:..:..Z"));
 }
 
+TEST(Recording, ManifestSaysHowTheDevicesDid) {
+    const TempFolder folder;
+    RecordingWriter writer(folder / "a", {}, {});
+    writer.close(RecordingDevices{1, 2, 3, 4});
+    const std::optional<RecordingDevices> devices =
+        RecordingReader(folder / "a").manifest().devices;
+    ASSERT_TRUE(devices);
+    EXPECT_EQ(devices->lidar_connects, 1U);
+    EXPECT_EQ(devices->lidar_dropped, 2U);
+    EXPECT_EQ(devices->camera_connects, 3U);
+    EXPECT_EQ(devices->camera_dropped, 4U);
+    record(folder / "b", drive());
+    EXPECT_FALSE(RecordingReader(folder / "b").manifest().devices);
+    EXPECT_FALSE(manifest_in(folder / "b").contains("devices"));
+}
+
 TEST(Recording, WhatWasNotClosedIsReadAll) {
     const TempFolder folder;
     RecordingOptions options;

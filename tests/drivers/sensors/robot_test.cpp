@@ -52,6 +52,8 @@ TEST(Robot, MistakesNameTheLineAndTheKey) {
     };
     EXPECT_THAT(mistake("name: a\nlidr: {baud: 1}\n"), HasSubstr("r.yaml:2"));
     EXPECT_THAT(mistake("lidar: {baud: fast}\n"), HasSubstr("lidar.baud"));
+    EXPECT_THAT(mistake("lidar: {blind_sectors_deg: [10]}\n"),
+                HasSubstr("r.yaml: lidar.blind_sectors_deg: must hold pairs"));
     EXPECT_THAT(mistake("camera:\n  model: {fx: 0}\n"),
                 HasSubstr("r.yaml:2: key 'camera.model.fx'"));
 }
@@ -72,9 +74,7 @@ TEST(Robot, TheShippedForkliftIsTheDefault) {
     const std::string text = read_whole_file(kRobots / "forklift.yaml", 1U << 20U);
     const std::size_t first_key = text.find("name:");
     ASSERT_NE(first_key, std::string::npos);
-    RobotConfig robot;
-    robot.name = "forklift";
-    EXPECT_EQ(text.substr(first_key), to_yaml(robot));
+    EXPECT_EQ(text.substr(first_key), to_yaml(RobotConfig()));
 }
 
 TEST(Robot, AllShippedOnesAreGood) {

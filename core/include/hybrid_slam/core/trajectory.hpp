@@ -25,6 +25,9 @@ Trajectory read_tum(const std::filesystem::path& file);
 /// written.
 void write_tum(const std::filesystem::path& file, const Trajectory& trajectory);
 
+/// Metres along the trajectory, in its own order; to and fro within 5 cm counts for nothing.
+double length_of(const Trajectory& trajectory);
+
 /// Looks poses up by stamp; the trajectory's own order does not matter.
 class TrajectoryIndex {
   public:

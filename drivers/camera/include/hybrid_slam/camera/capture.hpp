@@ -37,7 +37,8 @@ class Capture {
 /// their names (both at config.rate). Throws Error with the device's name and the reason. The first
 /// image of a device that sends none keeps read waiting for OpenCV's own 10 s.
 ///
-/// Silences OpenCV's log while it opens; a video file silences FFmpeg's for the process.
+/// The first camera or video file silences OpenCV's log for the process and for good, the first
+/// video file FFmpeg's too: both write to stderr about each damaged file.
 std::unique_ptr<Capture> open_capture(const CameraConfig& config);
 
 }  // namespace hybrid_slam

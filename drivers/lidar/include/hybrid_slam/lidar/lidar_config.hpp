@@ -22,6 +22,9 @@ struct LidarConfig {
     /// bytes.
     std::string port = "/dev/ttyUSB0";
     int baud = 500000;  ///< bits per second, 8N1; over TCP that of the line behind the converter
+    /// Of the scanner to follow, where several speak on one line: 7 alone or host, 8 guest; 0 = the
+    /// one whose distances come first. The thesis's words have none.
+    int address = 0;
 
     double x = 1.3;    ///< metres, of the scanner in the robot's frame
     double y = 0.0;    ///< metres
@@ -33,7 +36,7 @@ struct LidarConfig {
     /// Degrees in the scanner's frame, pairs from-to, of what the vehicle itself hides.
     std::vector<double> blind_sectors_deg;
     double range_min = 0.05;  ///< metres
-    double range_max = 29.5;  ///< metres; 29.96 is what an S300 says of nothing measured
+    double range_max = 29.5;  ///< metres; words tell up to 81.91, of which 29.96 is no return
 
     double count_period = 0.040;  ///< seconds in one step of the scan counter, by the data sheet
     double turn_time = 0.040;     ///< seconds of one turn of the mirror

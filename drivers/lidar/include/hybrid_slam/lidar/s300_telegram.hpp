@@ -35,6 +35,7 @@ struct S300Telegram {
     std::vector<std::uint16_t> io;     ///< words of the I/O block; empty without one
     std::uint8_t field = 0;            ///< measuring field 1 to 5; 0 without distances
     std::vector<std::uint16_t> words;  ///< of the measuring field: distance in cm and status bits
+    std::size_t more_fields = 0;       ///< behind the first one; left out, and not encoded
     std::vector<S300Reflector> reflectors;
 };
 

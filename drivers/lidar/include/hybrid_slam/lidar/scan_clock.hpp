@@ -34,7 +34,6 @@ class ScanClock {
     double stamp(std::uint32_t count, double arrival);
 
     double count_period() const;   ///< seconds, as fitted
-    double newest_delay() const;   ///< seconds by which the newest arrival was late
     std::uint64_t resets() const;  ///< how often the fit had to start anew
 
   private:

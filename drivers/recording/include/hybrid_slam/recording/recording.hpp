@@ -35,6 +35,14 @@ struct RecordingCounts {
     double last_arrival = 0.0;
 };
 
+/// How the devices did before their events came to the writer.
+struct RecordingDevices {
+    std::uint64_t lidar_connects = 0;  ///< how often it could be opened
+    std::uint64_t lidar_dropped = 0;   ///< pieces of its bytes that the program was too slow for
+    std::uint64_t camera_connects = 0;
+    std::uint64_t camera_dropped = 0;  ///< images, likewise
+};
+
 struct RecordingOptions {
     /// For the manifest: live or simulated. Of a simulation no image is dropped (push waits for the
     /// disk instead, and a full disk is an error) and nothing depends on a clock: the same events
@@ -43,13 +51,16 @@ struct RecordingOptions {
     /// Seconds of the wall clock; 0 = at the end only. When left out: 1 s live, else at the end.
     std::optional<double> sync_every;
     double keep_free = 256e6;              ///< bytes of the disk that images may not take
-    std::size_t queue_bytes = 64u << 20u;  ///< images waiting for a slow disk, at most
+    std::size_t queue_bytes = 64u << 20u;  ///< images that are not on a slow disk yet, at most
     /// Bytes that are free where the folder lies, asked before each image; tests put fakes here.
     std::function<double(const std::filesystem::path&)> free_space;
+    /// Called with the file before each sync of it; tests put slow and failing disks here.
+    std::function<void(const std::filesystem::path&)> before_sync;
 };
 
-/// Writes a recording as it comes. A writing thread syncs every second, so that a power cut loses
-/// at most that; images are dropped before scans when the disk is slow or nearly full.
+/// Writes a recording as it comes. Each file has a thread of its own that writes and syncs it every
+/// second, so that a power cut loses at most that, and of the lidar no more while the disk is slow
+/// with images. These are dropped before scans when the disk is slow or nearly full, or fails.
 class RecordingWriter {
   public:
     /// Makes the folder with manifest, robot.yaml and an empty lidar.rec. Throws Error when it
@@ -59,15 +70,15 @@ class RecordingWriter {
     ~RecordingWriter();  ///< closes as well as it can
 
     /// Throws Error, from then on each time, when the lidar's bytes cannot be written any more;
-    /// what was recorded before stays. Waits for the disk only while more than queue_bytes of the
-    /// lidar, or of a simulation, wait for it.
+    /// what was recorded before stays. Waits for the disk only while 64 MB of the lidar, or
+    /// queue_bytes of a simulation's images, wait for it.
     void push(const SensorEvent& event);
     RecordingCounts counts() const;         ///< with the system; a killed program loses none of it
     RecordingCounts synced_counts() const;  ///< on the disk; a power cut loses none of it
-    /// Why the last image was dropped that the disk was too full for, or refused; empty when none.
+    /// Why images are dropped; empty when none was, and when all since were written.
     std::string image_trouble() const;
-    /// Writes what waits, and the manifest with its counts. Throws Error.
-    void close();
+    /// Writes what waits, and the manifest with the counts. Throws Error.
+    void close(const std::optional<RecordingDevices>& devices = std::nullopt);
 
   private:
     struct State;
@@ -81,6 +92,7 @@ struct RecordingManifest {
     std::string created;  ///< UTC, ISO 8601; empty for simulated recordings
     bool closed = false;
     std::optional<RecordingCounts> counts;
+    std::optional<RecordingDevices> devices;  ///< only of live recordings
 };
 
 /// Whether the folder looks like a recording.

@@ -13,7 +13,7 @@ namespace hybrid_slam {
 
 /// Everything that is to be known of one vehicle: a file of config/robots.
 struct RobotConfig {
-    std::string name = "robot";
+    std::string name = "forklift";
     LidarConfig lidar;
     CameraConfig camera;
     VehicleConfig vehicle;

@@ -57,6 +57,9 @@ class SimulatedVehicle : public SensorStream {
     /// True poses world_from_robot at the first beams of the scans yielded so far.
     const Trajectory& truth() const;
     double duration() const;  ///< seconds of the whole drive
+    /// When and where the vehicle first reaches through a wall or a post with its scanner: the path
+    /// is too narrow for it, and what the scanner sees then makes no sense.
+    std::optional<StampedPose> first_crash() const;
 
   private:
     struct State;
