@@ -17,8 +17,7 @@ double approach(double value, double wanted, double most) {
 void describe(ConfigSchema& schema, VehicleConfig& config) {
     schema.add("wheelbase", config.wheelbase, -20.0, 20.0,
                "m from the fixed axle to the steered wheel; negative: it is behind");
-    schema.add_degrees("steering_limit_deg", config.steering_limit, 1.0, 89.0,
-                       "deg, to each side");
+    schema.add_degrees("steering_limit_deg", config.steering_limit, 1.0, 89.0, "deg, to each side");
     schema.add_degrees("steering_rate_deg", config.steering_rate, 1.0, 1000.0, "deg per second");
     schema.add("speed_limit", config.speed_limit, 0.01, 10.0, "m/s of the fixed axle");
     schema.add("acceleration", config.acceleration, 0.01, 20.0, "m/s^2, braking too");

@@ -70,9 +70,9 @@ StoredMap read_map(const std::filesystem::path& folder);
 OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
                         const OccupancyGridConfig& config = {});
 
-/// The points of all keyframes at the poses of the graph, one for each cell of `resolution` metres and
-/// side of a wall: the mean of those in it, moved across the wall to where all that was measured
-/// within 12 cm says that it is. Where no direction is known it is the mean alone.
+/// The points of all keyframes at the poses of the graph, one for each cell of `resolution` metres
+/// and side of a wall: the mean of those in it, moved across the wall to where all that was
+/// measured within 12 cm says that it is. Where no direction is known it is the mean alone.
 Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution);
 
 }  // namespace hybrid_slam
