@@ -11,17 +11,6 @@ namespace hybrid_slam::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Kind = std::pair<std::uint64_t, const char*>;
-
-std::vector<std::string> what_happened(std::initializer_list<Kind> kinds) {
-    std::vector<std::string> warnings;
-    for (const auto& [count, what] : kinds) {
-        if (count > 0) {
-            warnings.push_back(std::string(what) + ": " + with_commas(count));
-        }
-    }
-    return warnings;
-}
 
 class LogInput : public Input {
   public:
@@ -50,13 +39,10 @@ class RecordingInput : public Input {
         return counts;
     }
     std::vector<std::string> warnings() const override {
-        std::vector<std::string> warnings = warnings_of(source_.counts());
-        for (std::string& warning : what_happened(
-                 {{reader_.damaged_bytes(), "damaged bytes of the recording"},
-                  {reader_.torn_bytes(), "bytes torn off at the end of the recording"}})) {
-            warnings.push_back(std::move(warning));
-        }
-        return warnings;
+        std::vector<Loss> losses = losses_of(source_.counts());
+        losses.push_back({reader_.damaged_bytes(), "", "damaged bytes of the recording"});
+        losses.push_back({reader_.torn_bytes(), "", "bytes torn off at the end of the recording"});
+        return warnings_of(losses);
     }
 
   private:
@@ -85,13 +71,24 @@ std::string name_of(const std::filesystem::path& path) {
     return (tidy.has_filename() ? tidy : tidy.parent_path()).filename().string();
 }
 
+std::vector<std::string> warnings_of(const std::vector<Loss>& losses) {
+    std::vector<std::string> warnings;
+    for (const Loss& loss : losses) {
+        if (loss.count > 0 && !loss.harmless) {
+            warnings.push_back(std::string(loss.words) + ": " + with_commas(loss.count));
+        }
+    }
+    return warnings;
+}
+
 std::vector<std::string> warnings_of(const CarmenLogCounts& counts) {
-    return what_happened({{counts.malformed_lines, "unreadable lines"},
-                          {counts.torn_last_line, "lines torn at the end"},
-                          {counts.backward_stamps, "scans stamped earlier than the one before"},
-                          {counts.duplicate_stamps, "scans stamped like the one before"},
-                          {counts.bad_poses, "laser lines without usable poses"},
-                          {counts.not_finite, "ranges that are no numbers"}});
+    return warnings_of(
+        std::vector<Loss>{{counts.malformed_lines, "", "unreadable lines"},
+                          {counts.torn_last_line, "", "lines torn at the end"},
+                          {counts.backward_stamps, "", "scans stamped earlier than the one before"},
+                          {counts.duplicate_stamps, "", "scans stamped like the one before"},
+                          {counts.bad_poses, "", "laser lines without usable poses"},
+                          {counts.not_finite, "", "ranges that are no numbers"}});
 }
 
 std::vector<Loss> losses_of(const SensorCounts& counts) {
@@ -111,16 +108,6 @@ std::vector<Loss> losses_of(const SensorCounts& counts) {
             {stream.overlapping, "overlapping", "telegrams within another one"},
             {stream.garbage_bytes, "garbage_bytes", "bytes of no telegram", true},
             {counts.bad_images, "bad_images", "unreadable images"}};
-}
-
-std::vector<std::string> warnings_of(const SensorCounts& counts) {
-    std::vector<std::string> warnings;
-    for (const Loss& loss : losses_of(counts)) {
-        if (loss.count > 0 && !loss.harmless) {
-            warnings.push_back(std::string(loss.words) + ": " + with_commas(loss.count));
-        }
-    }
-    return warnings;
 }
 
 Json to_json(const CarmenLogCounts& counts) {

@@ -48,8 +48,9 @@ struct Loss {
 /// All kinds, those that did not happen too.
 std::vector<Loss> losses_of(const SensorCounts& counts);
 
+/// What is to be warned of: "words: count" each.
+std::vector<std::string> warnings_of(const std::vector<Loss>& losses);
 std::vector<std::string> warnings_of(const CarmenLogCounts& counts);
-std::vector<std::string> warnings_of(const SensorCounts& counts);
 nlohmann::ordered_json to_json(const CarmenLogCounts& counts);
 nlohmann::ordered_json to_json(const SensorCounts& counts);
 

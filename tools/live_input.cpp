@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "interrupt.hpp"
-#include "messages.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -37,17 +36,12 @@ class LiveInput : public Input {
         return counts;
     }
     std::vector<std::string> warnings() const override {
-        std::vector<std::string> warnings = warnings_of(source_.counts());
+        std::vector<Loss> losses = losses_of(source_.counts());
         const LiveStatus status = stream_.status();
-        const std::pair<std::uint64_t, const char*> dropped[] = {
-            {status.lidar.dropped, "pieces of the lidar's bytes dropped: mapping is too slow: "},
-            {status.camera.dropped, "images dropped: mapping is too slow: "}};
-        for (const auto& [count, what] : dropped) {
-            if (count > 0) {
-                warnings.push_back(what + with_commas(count));
-            }
-        }
-        return warnings;
+        losses.push_back(
+            {status.lidar.dropped, "", "pieces of the lidar's bytes dropped: mapping is too slow"});
+        losses.push_back({status.camera.dropped, "", "images dropped: mapping is too slow"});
+        return warnings_of(losses);
     }
 
   private:
