@@ -21,6 +21,7 @@ void add_optimize_command(CLI::App& program, Action& action);
 void add_simulate_command(CLI::App& program, Action& action);
 void add_record_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);
+void add_calibrate_command(CLI::App& program, Action& action);
 
 /// Options that all subcommands have.
 struct CommonOptions {

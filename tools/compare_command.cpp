@@ -1,246 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
-#include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "drawings.hpp"
-#include "evaluation.hpp"
-#include "hybrid_slam/backend/map_folder.hpp"
+#include "compare_page.hpp"
+#include "comparison.hpp"
+#include "comparison_pictures.hpp"
+#include "comparison_table.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/text_file.hpp"
 #include "hybrid_slam/recording/recording.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
-#include "progress.hpp"
-#include "session.hpp"
-#include "summary.hpp"
-#include "table.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
-struct CompareOptions {
-    CommonOptions common;
-    std::filesystem::path drive;
-    std::filesystem::path out;
-    std::filesystem::path config;
-    YardstickFiles yardstick;
-    Overrides overrides;
-};
-
 constexpr auto kFooter =
-    R"(Runs the drive three times through the same pipeline, with other values of its options:
-  plain ICP           to the previous scan, point to point, without a prior, without the graph
-  seeded ICP          as configured, prior included, without the graph
-  seeded ICP + graph  as configured, with loop closures and graph
-and writes compare.png, compare.txt, compare.json and the trajectories into the folder of --out.
+    R"(Runs the drive several times through the same pipeline, with other values of its options:
+  plain ICP             to the previous scan, point to point, without a prior, without the graph
+with images
+  VO only, thesis       visual odometry alone, by the thesis's method
+  VO only               visual odometry alone
+  thesis pipeline       the thesis: its visual odometry, ICP to the previous scan, the graph
+  VO-seeded ICP         as configured, without the graph
+  VO-seeded ICP + graph as configured, with loop closures and graph
+without images
+  seeded ICP            as configured, without the graph
+  seeded ICP + graph    as configured, with loop closures and graph
+Held against --truth, --relations or the truth that a simulated recording brings along (anchored at its first
+pose); without any, against the last variant. Images are decoded and looked at once. Files in the folder of --out:
+  compare.html          everything on one page that needs no other file
+  compare.png           all trajectories over the map         compare.txt   the table
+  compare_maps.png      what each variant made of the drive   compare.json  the same for programs
+  compare_errors.png    errors over time                      NAME.tum, NAME.yaml   trajectory and
+                                                              configuration of each variant
 Examples:
-  hybrid-slam compare intel.clf.gz --relations intel.relations
   hybrid-slam compare sim1/                       # against its own truth.tum
-  hybrid-slam compare hall.clf --truth hall.truth.tum --out hall_compare --json
+  hybrid-slam compare drive1/ --out compared      # a real drive
+  hybrid-slam compare intel.clf.gz --relations intel.relations
+  hybrid-slam compare hall.clf --truth hall.truth.tum --align first --json
 )";
 
-/// A simulated recording brings the truth along.
-void take_own_truth(CompareOptions& options) {
+/// A simulated recording brings the truth along, and is anchored at its first pose: as a map that
+/// starts there.
+void take_own_truth(CompareOptions& options, bool align_given) {
     YardstickFiles& yardstick = options.yardstick;
-    if (!yardstick.truth.empty() || !yardstick.relations.empty()) {
+    const std::filesystem::path own = options.drive / RecordingFiles::kTruth;
+    if (!yardstick.truth.empty() || !yardstick.relations.empty() || !std::filesystem::exists(own)) {
         return;
     }
-    yardstick.truth = options.drive / RecordingFiles::kTruth;
-    if (!std::filesystem::exists(yardstick.truth)) {
-        throw CLI::RequiredError("--truth or --relations");
+    yardstick.truth = own;
+    if (!align_given) {
+        yardstick.alignment = TruthAlignment::kFirstPose;
     }
-}
-
-/// What is kept of a run; its keyframes are not.
-struct Result {
-    Variant variant;
-    Settings settings;  ///< the effective ones
-    Session session;
-    Evaluation evaluation;
-    Points points;
-    double peak_mb = 0.0;
-};
-
-struct Comparison {
-    Trajectory wheels;
-    std::optional<Evaluation> odometry;  ///< of the wheels, when the log has them
-    std::vector<Result> results;
-    bool interrupted = false;
-};
-
-Result run_variant(const CompareOptions& options, const Settings& base, const Variant& variant) {
-    const Settings settings = with_overrides(base, variant.overrides);
-    reset_peak_memory();
-    Result result;
-    result.variant = variant;
-    result.settings = settings;
-    const std::unique_ptr<Input> input = open_input(options.drive, settings.log);
-    {
-        Progress progress(variant.name, options.common.quiet);
-        result.session = run_session(*input, name_of(options.drive), settings, progress);
-    }
-    result.peak_mb = peak_memory_mb();
-    SlamMap& map = result.session.map;
-    result.points = draw_points(map.keyframes, map.graph, settings.map.resolution);
-    map.keyframes = Keyframes{};
-    return result;
-}
-
-Comparison run_all(const CompareOptions& options, const Yardstick& yardstick) {
-    const Settings base = load_settings(options.config, options.overrides);
-    Comparison comparison;
-    for (const Variant& variant : comparison_variants()) {
-        Result result = run_variant(options, base, variant);
-        if (result.session.interrupted) {
-            comparison.interrupted = true;  // part of a drive compares with nothing
-            break;
-        }
-        result.evaluation = yardstick.measure(result.session.map.trajectory);
-        comparison.results.push_back(std::move(result));
-    }
-    if (comparison.results.empty()) {
-        return comparison;
-    }
-    comparison.wheels = std::move(comparison.results.front().session.wheels);
-    // Fewer than two poses have no error.
-    if (comparison.wheels.size() > 1) {
-        comparison.odometry = yardstick.measure(comparison.wheels);
-    }
-    return comparison;
-}
-
-/// How many scans used each kind of prior, in the order of the row's name.
-std::string priors_text(const Session& session) {
-    std::string text;
-    for (const PriorKind kind :
-         {PriorKind::kNone, PriorKind::kConstantVelocity, PriorKind::kWheel}) {
-        const auto used = session.priors_used.find(std::string(to_string(kind)));
-        text += fmt::format("{}{}", text.empty() ? "" : " / ",
-                            used == session.priors_used.end() ? 0 : used->second);
-    }
-    return text;
-}
-
-/// Adds one row: what `cell` says of each run.
-template <typename Cell>
-void add_row(Table& table, const Comparison& comparison, const std::string& name, Cell&& cell) {
-    std::vector<std::string> cells{name};
-    if (comparison.odometry) {
-        cells.emplace_back();
-    }
-    for (const Result& result : comparison.results) {
-        cells.push_back(cell(result));
-    }
-    table.add_row(std::move(cells));
-}
-
-void add_error_rows(Table& table, const Comparison& comparison) {
-    const auto names = comparison.results.front().evaluation.figures();
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        std::vector<std::string> cells{names[i].first};
-        if (comparison.odometry) {
-            cells.push_back(comparison.odometry->figures()[i].second);
-        }
-        for (const Result& result : comparison.results) {
-            cells.push_back(result.evaluation.figures()[i].second);
-        }
-        table.add_row(std::move(cells));
-    }
-}
-
-std::string table_text(const Comparison& comparison) {
-    std::vector<std::string> header{""};
-    if (comparison.odometry) {
-        header.emplace_back("raw odometry");
-    }
-    for (const Result& result : comparison.results) {
-        header.push_back(result.variant.name);
-    }
-    Table table(header);
-    add_error_rows(table, comparison);
-    const auto row = [&](const std::string& name, const auto& cell) {
-        add_row(table, comparison, name, cell);
-    };
-    row("scans where ICP failed",
-        [](const Result& r) { return with_commas(r.session.icp_failures()); });
-    row("prior: none / velocity / wheel", [](const Result& r) { return priors_text(r.session); });
-    row("closures accepted / tried", [](const Result& r) {
-        return fmt::format("{} / {}", r.session.closures_with(ClosureVerdict::kAccepted),
-                           r.session.map.closures.size());
-    });
-    row("CPU time, s",
-        [](const Result& r) { return fmt::format("{:.2f}", r.session.timings.cpu); });
-    row("scans per second",
-        [](const Result& r) { return fmt::format("{:.0f}", r.session.scans_per_second()); });
-    row("times real time",
-        [](const Result& r) { return fmt::format("{:.0f}", r.session.real_time_factor()); });
-    row("slowest scan, ms", [](const Result& r) {
-        return fmt::format("{:.1f}", 1e3 * r.session.timings.scan.longest);
-    });
-    row("peak memory, MB", [](const Result& r) { return fmt::format("{:.0f}", r.peak_mb); });
-    return table.text();
-}
-
-nlohmann::ordered_json to_json(const Result& result) {
-    const Session& session = result.session;
-    return {{"name", result.variant.name},
-            {"overrides", result.variant.overrides},
-            {"error", to_json(result.evaluation)},
-            {"icp_failures", session.icp_failures()},
-            {"priors_used", session.priors_used},
-            {"closures", closures_by_verdict(session)},
-            {"timings",
-             {{"cpu_s", session.timings.cpu},
-              {"session_s", session.timings.total},
-              {"scans_per_s", session.scans_per_second()},
-              {"real_time_factor", session.real_time_factor()},
-              {"slowest_scan_ms", 1e3 * session.timings.scan.longest}}},
-            {"memory", {{"peak_mb", result.peak_mb}}}};
-}
-
-nlohmann::ordered_json to_json(const CompareOptions& options, const Yardstick& yardstick,
-                               const Comparison& comparison) {
-    nlohmann::ordered_json json = {{"log", name_of(options.drive)},
-                                   {"yardstick", yardstick.name()},
-                                   {"interrupted", comparison.interrupted},
-                                   {"scans", comparison.results.front().session.scans},
-                                   {"raw_odometry", nullptr},
-                                   {"variants", nlohmann::ordered_json::array()}};
-    if (comparison.odometry) {
-        json["raw_odometry"] = to_json(*comparison.odometry);
-    }
-    for (const Result& result : comparison.results) {
-        json["variants"].push_back(to_json(result));
-    }
-    return json;
-}
-
-/// "seeded ICP + graph" as "seeded_icp_graph".
-std::string file_name(const std::string& variant) {
-    std::string name;
-    for (const char letter : variant) {
-        if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
-            name += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-        } else if (!name.empty() && name.back() != '_') {
-            name += '_';
-        }
-    }
-    return name;
-}
-
-void draw_picture(const std::filesystem::path& file, const std::string& title,
-                  const Comparison& comparison) {
-    std::vector<VariantPicture> variants;
-    for (const Result& result : comparison.results) {
-        variants.push_back({result.variant.name + ": " + result.evaluation.brief(), result.points,
-                            result.session.map.trajectory});
-    }
-    const std::string subtitle =
-        comparison.odometry ? "raw odometry: " + comparison.odometry->brief() : "";
-    draw_comparison(title, subtitle, variants).write_png(file);
 }
 
 std::filesystem::path make_folder(const CompareOptions& options) {
@@ -258,34 +71,79 @@ std::filesystem::path make_folder(const CompareOptions& options) {
     return folder;
 }
 
-int run_compare(const CompareOptions& options) {
-    const Yardstick yardstick(options.yardstick);
+PagePicture write_picture(const std::filesystem::path& file, const Canvas& canvas,
+                          const std::string& title, const std::string& caption) {
+    constexpr std::size_t kMostBytes = 1U << 28U;
+    canvas.write_png(file);
+    return {title, caption, read_whole_file(file, kMostBytes)};
+}
+
+std::vector<PagePicture> write_pictures(const std::filesystem::path& folder,
+                                        const Comparison& comparison) {
+    std::vector<PagePicture> pictures;
+    pictures.push_back(write_picture(
+        folder / "compare.png", draw_paths(comparison), "Trajectories",
+        "Each variant's way over the map of " + comparison.best().variant.name + "."));
+    if (comparison.runs.front().evaluation) {
+        const std::string noun = comparison.has_truth() ? "Errors" : "Differences";
+        pictures.push_back(write_picture(folder / "compare_errors.png", draw_errors(comparison),
+                                         noun + " over time",
+                                         "On scales by powers of ten. Shaded: where the camera saw "
+                                         "too little."));
+    }
+    pictures.push_back(write_picture(folder / "compare_maps.png", draw_maps(comparison),
+                                     "Maps side by side",
+                                     "The scans, drawn from the poses of each variant."));
+    return pictures;
+}
+
+void write_files(const std::filesystem::path& folder, const Comparison& comparison,
+                 const nlohmann::ordered_json& json) {
+    const ComparisonTable table = table_of(comparison);
+    const std::vector<PagePicture> pictures = write_pictures(folder, comparison);
+    write_text(folder / "compare.html", page_of(comparison, table, pictures));
+    write_text(folder / "compare.txt", comparison.title() + "\n" + text_of(table) + "\n");
+    write_text(folder / "compare.json",
+               json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    for (const VariantRun& run : comparison.runs) {
+        const std::string name = file_name(run.variant.name);
+        write_tum(folder / (name + ".tum"), run.session.map.trajectory);
+        write_text(folder / (name + ".yaml"), to_yaml(run.settings));
+    }
+}
+
+/// Leaves no empty folder behind when it fails.
+Comparison compare_into(const std::filesystem::path& folder, const CompareOptions& options) {
+    try {
+        return compare(options);
+    } catch (const Error&) {
+        std::error_code ignored;
+        std::filesystem::remove(folder, ignored);
+        throw;
+    }
+}
+
+int run_compare(const CompareOptions& options, bool print_as_json) {
     const std::filesystem::path folder = make_folder(options);
     catch_interrupts();
-    const Comparison comparison = run_all(options, yardstick);
-    if (comparison.results.empty()) {
+    const Comparison comparison = compare_into(folder, options);
+    if (comparison.runs.empty()) {
         print_warning("interrupted before the first run was complete: nothing to compare");
         return kInterrupted;
     }
     if (comparison.interrupted) {
         print_warning("interrupted; the runs that were complete are compared");
     }
-    const std::string title = name_of(options.drive) + " against " + yardstick.name();
-    const std::string table = table_text(comparison);
-    const nlohmann::ordered_json json = to_json(options, yardstick, comparison);
-    draw_picture(folder / "compare.png", title, comparison);
-    write_text(folder / "compare.txt", title + "\n" + table + "\n");
-    write_text(folder / "compare.json",
-               json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
-    for (const Result& result : comparison.results) {
-        write_tum(folder / (file_name(result.variant.name) + ".tum"),
-                  result.session.map.trajectory);
-        write_text(folder / (file_name(result.variant.name) + ".yaml"), to_yaml(result.settings));
+    for (const std::string& warning : comparison.runs.back().session.vision.warnings()) {
+        print_warning(warning);
     }
-    if (options.common.json) {
+    const nlohmann::ordered_json json = to_json(comparison);
+    write_files(folder, comparison, json);
+    if (print_as_json) {
         print_json(json);
     } else {
-        print_result(title + "\n" + table + "\npicture: " + (folder / "compare.png").string());
+        print_result(comparison.title() + "\n" + text_of(table_of(comparison)) +
+                     "\npage: " + (folder / "compare.html").string());
     }
     return comparison.interrupted ? kInterrupted : kOk;
 }
@@ -293,24 +151,34 @@ int run_compare(const CompareOptions& options) {
 }  // namespace
 
 void add_compare_command(CLI::App& program, Action& action) {
-    const auto options = std::make_shared<CompareOptions>();
+    struct Choice {
+        CommonOptions common;
+        CompareOptions compare;
+    };
+    const auto choice = std::make_shared<Choice>();
+    CompareOptions& options = choice->compare;
     CLI::App* command = program.add_subcommand(
-        "compare", "Compare plain ICP, seeded ICP and seeded ICP with graph");
+        "compare", "Compare plain ICP, visual odometry, seeded ICP and the graph on one drive");
     command
-        ->add_option("DRIVE", options->drive, "Folder of a recording, or CARMEN log (plain or .gz)")
+        ->add_option("DRIVE", options.drive, "Folder of a recording, or CARMEN log (plain or .gz)")
         ->required()
         ->type_name("");
-    add_yardstick_options(*command, options->yardstick, 0);
-    command->add_option("-o,--out", options->out, "Folder for the results (DRIVE_compare)")
-        ->type_name("DIR");
-    command->add_option("-c,--config", options->config, "Configuration (YAML) of all three")
+    add_yardstick_options(*command, options.yardstick, 0);
+    command
+        ->add_option("--robot", options.robot,
+                     "Robot (YAML) in place of the one that was recorded, newly calibrated perhaps")
         ->type_name("FILE");
-    add_set_option(*command, options->overrides, "scan.range_max=20");
-    add_common_options(*command, options->common);
+    command->add_option("-o,--out", options.out, "Folder for the results (DRIVE_compare)")
+        ->type_name("DIR");
+    command->add_option("-c,--config", options.config, "Configuration (YAML) of all variants")
+        ->type_name("FILE");
+    add_set_option(*command, options.overrides, "scan.range_max=20");
+    add_common_options(*command, choice->common);
     command->footer(kFooter);
-    command->callback([options, &action] {
-        take_own_truth(*options);
-        action = [options] { return run_compare(*options); };
+    command->callback([choice, command, &action] {
+        take_own_truth(choice->compare, command->count("--align") > 0);
+        choice->compare.quiet = choice->common.quiet;
+        action = [choice] { return run_compare(choice->compare, choice->common.json); };
     });
 }
 

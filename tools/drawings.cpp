@@ -2,6 +2,7 @@
 #include "drawings.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hybrid_slam::tools {
 namespace {
@@ -13,6 +14,8 @@ constexpr Color kWaiting{235, 150, 20};
 constexpr Color kStart{20, 150, 75};
 constexpr Color kEnd{222, 60, 50};
 constexpr Color kWall{70, 76, 88};
+constexpr Color kFaded{150, 155, 163};
+constexpr Color kTruth{10, 10, 10};
 constexpr Color kWhite{255, 255, 255};
 constexpr double kMarginShare = 0.03;
 
@@ -99,6 +102,28 @@ void draw_way(Canvas& canvas, const View& view, const Trajectory& trajectory, in
     }
     draw_marker(canvas, pixels.front(), kStart);
     draw_marker(canvas, pixels.back(), kEnd);
+}
+
+/// A polyline in dashes of one length, however short its own pieces are.
+void dashed(Canvas& canvas, const std::vector<Pixel>& pixels, const Stroke& stroke) {
+    constexpr double kDash = 9.0;
+    constexpr double kPeriod = 15.0;
+    double walked = 0.0;
+    for (std::size_t i = 1; i < pixels.size(); ++i) {
+        const Pixel step = pixels[i] - pixels[i - 1];
+        const double length = step.norm();
+        for (double at = 0.0; at < length;) {
+            const double phase = std::fmod(walked + at, kPeriod);
+            const double until =
+                std::min(length, at + std::max(0.01, (phase < kDash ? kDash : kPeriod) - phase));
+            if (phase < kDash) {
+                canvas.line(pixels[i - 1] + at / length * step,
+                            pixels[i - 1] + until / length * step, stroke);
+            }
+            at = until;
+        }
+        walked += length;
+    }
 }
 
 std::vector<LegendEntry> way_legend() {
@@ -197,6 +222,51 @@ void add_edges(GraphPicture& picture, const PoseGraph& graph) {
         auto& pairs = edge.kind == EdgeKind::kOdometry ? picture.odometry : picture.accepted;
         pairs.emplace_back(edge.from, edge.to);
     }
+}
+
+Canvas draw(const PathsPicture& picture) {
+    Bounds bounds = inner_bounds_of(picture.points);
+    bounds.include(bounds_of(positions_of(picture.truth)));
+    const Bounds most = bounds.with_margin(0.25);
+    Figure figure{picture.title, picture.subtitle, {}, {}};
+    if (!picture.truth.empty()) {
+        figure.legend.push_back({Mark::kDashes, kTruth, "truth"});
+    }
+    for (const DrawnPath& path : picture.paths) {
+        Bounds own = bounds_of(positions_of(path.trajectory));
+        const bool leaves = (own.lower.array() < most.lower.array()).any() ||
+                            (own.upper.array() > most.upper.array()).any();
+        own.lower = own.lower.cwiseMax(most.lower);
+        own.upper = own.upper.cwiseMin(most.upper);
+        bounds.include(own);
+        figure.legend.push_back(
+            {Mark::kLine, path.color, path.name + (leaves ? " (leaves the picture)" : "")});
+    }
+    figure.legend.push_back({Mark::kDot, kStart, "start"});
+    figure.legend.push_back({Mark::kDot, kFaded, "end, in the colour of its way"});
+    Panel panel;
+    panel.bounds = bounds.with_margin(kMarginShare);
+    panel.draw = [&picture](Canvas& canvas, const View& view) {
+        for (const Pixel& pixel : view(picture.points)) {
+            canvas.disc(pixel, 1.3, kFaded);  // a speckle would be too faint beside the ways
+        }
+        for (const DrawnPath& path : picture.paths) {
+            canvas.polyline(view(positions_of(path.trajectory)), {path.color, 3});
+        }
+        dashed(canvas, view(positions_of(picture.truth)), {kTruth, 1});
+        for (const DrawnPath& path : picture.paths) {
+            if (!path.trajectory.empty()) {
+                draw_marker(canvas, view(path.trajectory.back().pose.translation), path.color);
+            }
+        }
+        const Trajectory& first =
+            picture.truth.empty() ? picture.paths.back().trajectory : picture.truth;
+        if (!first.empty()) {
+            draw_marker(canvas, view(first.front().pose.translation), kStart);
+        }
+    };
+    figure.panels.push_back(std::move(panel));
+    return draw(figure);
 }
 
 Canvas draw_comparison(const std::string& title, const std::string& subtitle,

@@ -41,6 +41,24 @@ Canvas draw(const GraphPicture& picture);
 void add_closures(GraphPicture& picture, const std::vector<Closure>& closures);
 void add_edges(GraphPicture& picture, const PoseGraph& graph);
 
+/// One of several ways over a map.
+struct DrawnPath {
+    std::string name;
+    Color color;
+    Trajectory trajectory;
+};
+
+/// All ways that were found over one map, each in its colour, their ends marked.
+struct PathsPicture {
+    std::string title;
+    std::string subtitle;
+    Points points;                 ///< of the map
+    Trajectory truth;              ///< dashed; may be empty
+    std::vector<DrawnPath> paths;  ///< the last on top
+};
+/// Those that lead far away from the map and the truth are cut off, and the legend says so.
+Canvas draw(const PathsPicture& picture);
+
 /// What one way to run the pipeline made of a log.
 struct VariantPicture {
     std::string caption;

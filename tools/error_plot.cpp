@@ -30,14 +30,6 @@ PoseError error_between(double time, const Pose2d& expected, const Pose2d& found
     return {time, difference.translation.norm(), std::abs(difference.heading)};
 }
 
-/// A round step that divides `range` into about `wanted` parts.
-double round_step(double range, double wanted) {
-    const double rough = range / wanted;
-    const double power = std::pow(10.0, std::floor(std::log10(rough)));
-    const double ratio = rough / power;
-    return power * (ratio > 5.0 ? 10.0 : ratio > 2.0 ? 5.0 : ratio > 1.0 ? 2.0 : 1.0);
-}
-
 /// One of the two errors as the axes need it.
 struct Curve {
     std::string label;
@@ -106,6 +98,13 @@ void draw_curve(Canvas& canvas, const Rect& rect, const Curve& curve, double dur
 }
 
 }  // namespace
+
+double round_step(double range, double wanted) {
+    const double rough = range / wanted;
+    const double power = std::pow(10.0, std::floor(std::log10(rough)));
+    const double ratio = rough / power;
+    return power * (ratio > 5.0 ? 10.0 : ratio > 2.0 ? 5.0 : ratio > 1.0 ? 2.0 : 1.0);
+}
 
 std::vector<PoseError> errors_over_time(const Trajectory& trajectory, const Yardstick& yardstick,
                                         const Evaluation& evaluation) {

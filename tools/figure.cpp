@@ -85,7 +85,7 @@ Layout lay_out(const Figure& figure) {
 }
 
 double mark_width(const LegendEntry& entry) {
-    return entry.mark == Mark::kRamp ? 90.0 : entry.mark == Mark::kLine ? 34.0 : 14.0;
+    return entry.mark == Mark::kRamp ? 90.0 : entry.mark == Mark::kDot ? 14.0 : 34.0;
 }
 
 void draw_mark(Canvas& canvas, const Pixel& left, const LegendEntry& entry) {
@@ -99,7 +99,11 @@ void draw_mark(Canvas& canvas, const Pixel& left, const LegendEntry& entry) {
         const Pixel start = left + Pixel(width * i / kPieces, 0.0);
         const Pixel end = left + Pixel(width * (i + 1) / kPieces, 0.0);
         const Color color = entry.mark == Mark::kRamp ? ramp((i + 0.5) / kPieces) : entry.color;
-        canvas.line(start, end, {color, 4});
+        if (entry.mark != Mark::kDashes) {
+            canvas.line(start, end, {color, 4});
+        } else if (i % 12 < 7) {
+            canvas.line(start, end, {color, 2});
+        }
     }
 }
 
@@ -199,14 +203,21 @@ std::vector<Pixel> View::operator()(const Points& points) const {
     return pixels;
 }
 
+int legend_height(const std::vector<LegendEntry>& legend, int width) {
+    return kLegendRow * lay_legend(legend, width, nullptr, 0.0);
+}
+
+void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& legend, int top) {
+    lay_legend(legend, canvas.width(), &canvas, top);
+}
+
 Canvas draw(const Figure& figure) {
     const Layout layout = lay_out(figure);
     const Rect last = layout.panel(figure.panels.size() - 1);
     const int width =
         2 * kMargin + layout.columns * layout.panel_width + (layout.columns - 1) * kGap;
     const int legend_top = last.y + last.height + kGap / 2;
-    const int legend_rows = lay_legend(figure.legend, width, nullptr, 0.0);
-    Canvas canvas(width, legend_top + legend_rows * kLegendRow + kMargin / 2);
+    Canvas canvas(width, legend_top + legend_height(figure.legend, width) + kMargin / 2);
     const double baseline = kMargin + kTitleHeight;
     canvas.text({kMargin, baseline}, figure.title, {kTitleHeight, kInk, Align::kLeft, true});
     canvas.text({kMargin, baseline + 2.4 * kTextHeight}, figure.subtitle,
@@ -214,7 +225,7 @@ Canvas draw(const Figure& figure) {
     for (std::size_t i = 0; i < figure.panels.size(); ++i) {
         draw_panel(canvas, figure.panels[i], layout.panel(i));
     }
-    lay_legend(figure.legend, width, &canvas, legend_top);
+    draw_legend(canvas, figure.legend, legend_top);
     return canvas;
 }
 

@@ -39,13 +39,17 @@ class View {
     Pixel middle_;
 };
 
-enum class Mark { kLine, kDot, kRamp };
+enum class Mark { kLine, kDashes, kDot, kRamp };
 
 struct LegendEntry {
     Mark mark = Mark::kLine;
     Color color;
     std::string label;
 };
+
+/// Pixels that the entries take in a picture of this width.
+int legend_height(const std::vector<LegendEntry>& legend, int width);
+void draw_legend(Canvas& canvas, const std::vector<LegendEntry>& legend, int top);
 
 struct Panel {
     std::string caption;  ///< may be empty

@@ -27,11 +27,16 @@ class LogInput : public Input {
 
 class RecordingInput : public Input {
   public:
-    RecordingInput(const std::filesystem::path& folder, const std::filesystem::path& robot)
-        : reader_(folder, false),
-          source_(reader_, robot.empty() ? reader_.robot() : read_robot(robot)) {}
+    RecordingInput(const std::filesystem::path& folder, const std::filesystem::path& robot,
+                   bool images)
+        : reader_(folder, images),
+          robot_(robot.empty() ? reader_.robot() : read_robot(robot)),
+          images_(images && robot_.camera.enabled),
+          source_(reader_, robot_,
+                  images_ ? SensorSource::Images::kGray : SensorSource::Images::kSkip) {}
 
     Source& source() override { return source_; }
+    const CameraConfig* camera() const override { return images_ ? &robot_.camera : nullptr; }
     Json counts() const override {
         Json counts = to_json(source_.counts());
         counts["damaged_bytes"] = reader_.damaged_bytes();
@@ -47,18 +52,20 @@ class RecordingInput : public Input {
 
   private:
     RecordingReader reader_;
+    RobotConfig robot_;
+    bool images_;
     SensorSource source_;
 };
 
 }  // namespace
 
 std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log,
-                                  const std::filesystem::path& robot) {
+                                  const std::filesystem::path& robot, bool images) {
     if (std::filesystem::is_directory(path)) {
         if (!is_recording(path)) {
             throw Error(path.string() + ": is a folder, but no recording");
         }
-        return std::make_unique<RecordingInput>(path, robot);
+        return std::make_unique<RecordingInput>(path, robot, images);
     }
     if (!robot.empty()) {
         throw Error(path.string() + ": is a log, which --robot says nothing of");

@@ -22,6 +22,10 @@ class Input {
     virtual ~Input() = default;
 
     virtual Source& source() = 0;
+    /// Whose images the source yields; nullptr when it yields none.
+    virtual const CameraConfig* camera() const { return nullptr; }
+    /// Whether the measurements are taken now, so that nothing may wait.
+    virtual bool live() const { return false; }
     /// What was read so far, and what had to be left out.
     virtual nlohmann::ordered_json counts() const = 0;
     /// What was not as it should be: "kind: count" each.
@@ -29,9 +33,10 @@ class Input {
 };
 
 /// Opens the folder of a recording or a CARMEN log. `robot`, a file, is taken in place of the one
-/// that was recorded; a log has none. Throws Error that names the file.
+/// that was recorded; a log has none. Images are decoded when they are asked for and the robot's
+/// camera is enabled. Throws Error that names the file.
 std::unique_ptr<Input> open_input(const std::filesystem::path& path, const CarmenLogConfig& log,
-                                  const std::filesystem::path& robot = {});
+                                  const std::filesystem::path& robot, bool images);
 
 /// The last part of a path that has one: "drive1" of "drives/drive1/".
 std::string name_of(const std::filesystem::path& path);

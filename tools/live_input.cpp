@@ -22,11 +22,18 @@ void clear_line() {
 
 class LiveInput : public Input {
   public:
-    explicit LiveInput(const RobotConfig& robot) : stream_(robot), source_(stream_, robot) {
+    LiveInput(const RobotConfig& robot, bool images)
+        : robot_(robot),
+          images_(images && robot.camera.enabled),
+          stream_(robot),
+          source_(stream_, robot,
+                  images_ ? SensorSource::Images::kGray : SensorSource::Images::kSkip) {
         stream_.watch(source_);
     }
 
     Source& source() override { return source_; }
+    const CameraConfig* camera() const override { return images_ ? &robot_.camera : nullptr; }
+    bool live() const override { return true; }
     nlohmann::ordered_json counts() const override {
         nlohmann::ordered_json counts = to_json(source_.counts());
         const LiveStatus status = stream_.status();
@@ -45,6 +52,8 @@ class LiveInput : public Input {
     }
 
   private:
+    RobotConfig robot_;
+    bool images_;
     LiveStream stream_;
     SensorSource source_;
 };
@@ -98,8 +107,8 @@ std::optional<SensorEvent> LiveStream::next() {
     return std::nullopt;
 }
 
-std::unique_ptr<Input> open_live_input(const RobotConfig& robot) {
-    return std::make_unique<LiveInput>(robot);
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images) {
+    return std::make_unique<LiveInput>(robot, images);
 }
 
 }  // namespace hybrid_slam::tools

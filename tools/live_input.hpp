@@ -45,6 +45,6 @@ class LiveStream : public SensorStream {
 };
 
 /// Live devices as the input of a session.
-std::unique_ptr<Input> open_live_input(const RobotConfig& robot);
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images);
 
 }  // namespace hybrid_slam::tools

@@ -34,6 +34,7 @@ void describe_program(CLI::App& program, Action& action) {
     add_record_command(program, action);
     add_map_command(program, action);
     add_info_command(program, action);
+    add_calibrate_command(program, action);
     add_compare_command(program, action);
     add_evaluate_command(program, action);
     add_optimize_command(program, action);

@@ -13,6 +13,7 @@
 #include "progress.hpp"
 #include "session.hpp"
 #include "summary.hpp"
+#include "visual_input.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -92,8 +93,11 @@ nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Se
 }
 
 std::unique_ptr<Input> input_of(const MapOptions& options, const Settings& settings) {
-    return options.live ? open_live_input(robot_of(options.robot))
-                        : open_input(options.drive, settings.log, options.robot.robot);
+    const bool images = uses_images(settings);
+    return with_vision(options.live
+                           ? open_live_input(robot_of(options.robot), images)
+                           : open_input(options.drive, settings.log, options.robot.robot, images),
+                       settings.vision);
 }
 
 /// Live sensors have no end but a signal: only what it stops early is interrupted.
@@ -111,6 +115,9 @@ int run_map(const MapOptions& options) {
     session.interrupted = session.interrupted && !options.live;
     if (!session.warnings.empty()) {
         print_info(fmt::format("{}: {}", name, fmt::join(session.warnings, "; ")));
+    }
+    for (const std::string& warning : session.vision.warnings()) {
+        print_warning(warning);
     }
     if (session.interrupted) {
         print_warning("interrupted; saving the map of the scans so far");

@@ -12,11 +12,15 @@
 namespace hybrid_slam::tools {
 namespace {
 
+/// Seconds for which a scan of a recording waits for an image, so that the motion to it is
+/// interpolated.
+constexpr double kVisualWait = 0.2;
+
 /// The loop over one input.
 class Runner {
   public:
     Runner(Input& input, const std::string& name, const Settings& settings)
-        : input_(input), slam_(settings.slam) {
+        : input_(input), assembler_(input.live() ? 0.0 : kVisualWait), slam_(settings.slam) {
         session_.name = name;
     }
 
@@ -33,6 +37,7 @@ class Runner {
         session_.input = input_.counts();
         session_.warnings = input_.warnings();
         session_.recorded = std::max(0.0, latest_ - earliest_);
+        session_.vision = watch_.finish();
     }
 
     Session finish() {
@@ -53,7 +58,10 @@ class Runner {
         while (!frame) {
             std::optional<Measurement> measurement = input_.source().next();
             if (!measurement) {
-                return std::nullopt;
+                return assembler_.flush();
+            }
+            if (const auto* motion = std::get_if<VisualMotion>(&*measurement)) {
+                watch_.see(*motion);
             }
             frame = assembler_.push(std::move(*measurement));
         }
@@ -77,6 +85,7 @@ class Runner {
         ++session_.scans;
         ++session_.statuses[std::string(to_string(result.status))];
         if (result.status != OdometryStatus::kFirst) {
+            watch_.see_scan(result.visual_lag);
             ++session_.priors_used[std::string(to_string(result.prior_used))];
         }
         session_.optimizations += result.optimized ? 1 : 0;
@@ -93,6 +102,7 @@ class Runner {
     Input& input_;
     FrameAssembler assembler_;
     Slam slam_;
+    VisionWatch watch_;
     Session session_;
     bool saw_anything_ = false;
     double earliest_ = std::numeric_limits<double>::infinity();
@@ -104,6 +114,11 @@ class Runner {
 std::size_t Session::icp_failures() const {
     const auto failed = statuses.find(std::string(to_string(OdometryStatus::kPriorOnly)));
     return failed == statuses.end() ? 0 : failed->second;
+}
+
+std::size_t Session::with_prior(PriorKind kind) const {
+    const auto used = priors_used.find(std::string(to_string(kind)));
+    return used == priors_used.end() ? 0 : used->second;
 }
 
 std::size_t Session::closures_with(ClosureVerdict verdict) const {

@@ -11,6 +11,7 @@
 #include "measure.hpp"
 #include "progress.hpp"
 #include "settings.hpp"
+#include "vision_watch.hpp"
 
 namespace hybrid_slam::tools {
 
@@ -40,10 +41,12 @@ struct Session {
     std::size_t most_search_nodes = 0;
     OptimizeSummary refinement;
     SlamMap map;
+    Vision vision;      ///< without images when there were none or they were not asked for
     Trajectory wheels;  ///< wheel odometry at the scans that have it
     SessionTimings timings;
 
     std::size_t icp_failures() const;
+    std::size_t with_prior(PriorKind kind) const;
     std::size_t closures_with(ClosureVerdict verdict) const;
     double scans_per_second() const;
     double real_time_factor() const;

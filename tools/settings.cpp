@@ -37,11 +37,21 @@ void check(const Settings& settings) {
 
 }  // namespace
 
+void describe(ConfigSchema& schema, VisionConfig& config) {
+    {
+        const ConfigSchema::Section section(schema, "vo");
+        describe(schema, config.odometry);
+    }
+    const ConfigSchema::Section section(schema, "segmentation");
+    describe(schema, config.segmentation);
+}
+
 void describe(ConfigSchema& schema, Settings& settings) {
     {
         const ConfigSchema::Section section(schema, "log");
         describe_log(schema, settings.log);
     }
+    describe(schema, settings.vision);
     describe(schema, settings.slam);
     const ConfigSchema::Section section(schema, "map");
     describe_map(schema, settings.map);
@@ -76,13 +86,28 @@ std::string to_yaml(Settings settings) {
     return schema.to_yaml();
 }
 
-std::vector<Variant> comparison_variants() {
+std::vector<Variant> comparison_variants(bool images) {
+    const Variant plain{
+        "plain ICP",
+        {"odometry.prior=none", "odometry.reference=previous_scan", "icp.metric=point_to_point",
+         "icp.kernel=none", "odometry.doubtful_overlap=0", "graph.enabled=false"}};
+    if (!images) {
+        return {plain,
+                {"seeded ICP", {"graph.enabled=false"}},
+                {"seeded ICP + graph", {"graph.enabled=true"}}};
+    }
     return {
-        {"plain ICP",
-         {"odometry.prior=none", "odometry.reference=previous_scan", "icp.metric=point_to_point",
-          "icp.kernel=none", "odometry.doubtful_overlap=0", "graph.enabled=false"}},
-        {"seeded ICP", {"graph.enabled=false"}},
-        {"seeded ICP + graph", {"graph.enabled=true"}},
+        plain,
+        {"VO only, thesis",
+         {"odometry.prior=visual", "vo.method=thesis", "odometry.reference=none",
+          "graph.enabled=false"}},
+        {"VO only", {"odometry.prior=visual", "odometry.reference=none", "graph.enabled=false"}},
+        {"thesis pipeline",
+         {"odometry.prior=visual", "vo.method=thesis", "odometry.reference=previous_scan",
+          "icp.metric=point_to_point", "icp.kernel=none", "odometry.doubtful_overlap=0",
+          "odometry.doubtful_chi2=1e9", "graph.enabled=true"}},
+        {"VO-seeded ICP", {"odometry.prior=visual", "graph.enabled=false"}},
+        {"VO-seeded ICP + graph", {"odometry.prior=visual", "graph.enabled=true"}},
     };
 }
 

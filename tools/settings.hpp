@@ -8,17 +8,34 @@
 #include "hybrid_slam/backend/slam.hpp"
 #include "hybrid_slam/core/occupancy_grid.hpp"
 #include "hybrid_slam/logs/carmen_log.hpp"
+#include "hybrid_slam/segmentation/dnn_floor_segmenter.hpp"
+#include "hybrid_slam/vision/visual_odometry.hpp"
 
 namespace hybrid_slam::tools {
+
+/// How images are looked at.
+struct VisionConfig {
+    VisualOdometryConfig odometry;    ///< keys vo.*
+    SegmentationConfig segmentation;  ///< tells floor from the rest, if there is a network
+};
+
+/// Keys vo.* and segmentation.*
+void describe(ConfigSchema& schema, VisionConfig& config);
 
 /// Everything that a configuration file of the program can say.
 struct Settings {
     CarmenLogConfig log;
+    VisionConfig vision;
     SlamConfig slam;
     OccupancyGridConfig map;
 };
 
 void describe(ConfigSchema& schema, Settings& settings);
+
+/// Whether images are of any use.
+inline bool uses_images(const Settings& settings) {
+    return settings.slam.odometry.prior.kind == PriorKind::kVisual;
+}
 
 /// "key=value"
 using Overrides = std::vector<std::string>;
@@ -34,8 +51,11 @@ struct Variant {
     Overrides overrides;
 };
 
-/// Plain ICP as in the thesis, the same seeded by a prior, and with the graph on top. The first has
-/// the effect of config/plain_icp.yaml.
-std::vector<Variant> comparison_variants();
+/// For a drive with images: plain ICP, visual odometry alone by the thesis's method and by ours,
+/// the pipeline of the thesis, and ours without and with the graph; for one without: plain ICP, and
+/// what is configured without and with the graph. Plain ICP has the effect of
+/// config/plain_icp.yaml, the thesis's pipeline that of config/thesis.yaml, and the last is what is
+/// configured, graph and prior switched on.
+std::vector<Variant> comparison_variants(bool images);
 
 }  // namespace hybrid_slam::tools

@@ -86,6 +86,42 @@ Json timings_json(const Session& session, const OutputTimings& output) {
             {"real_time_factor", rounded(session.real_time_factor())}};
 }
 
+Json vision_json(const Session& session) {
+    const Vision& vision = session.vision;
+    if (vision.images == 0) {
+        return nullptr;
+    }
+    Json spells = Json::array();
+    for (const BadSpell& spell : vision.spells) {
+        spells.push_back({{"status", to_string(spell.status)},
+                          {"from_stamp", spell.from},
+                          {"duration_s", rounded(spell.duration())}});
+    }
+    return {{"images", vision.images},
+            {"statuses", statuses_json(vision)},
+            {"extrapolated_scans", vision.extrapolated},
+            {"late_scans", vision.late},
+            {"bad_spells", std::move(spells)}};
+}
+
+std::vector<std::string> all_warnings(const Session& session) {
+    std::vector<std::string> warnings = session.warnings;
+    const std::vector<std::string> more = session.vision.warnings();
+    warnings.insert(warnings.end(), more.begin(), more.end());
+    return warnings;
+}
+
+std::string vision_text(const Session& session) {
+    const Vision& vision = session.vision;
+    return fmt::format(
+        "vision     {}, {:.1f} % good; prior visual in {} of {}{}\n",
+        counted(vision.images, "image"),
+        100.0 * static_cast<double>(vision.with(VisualStatus::kGood)) /
+            static_cast<double>(vision.images),
+        with_commas(session.with_prior(PriorKind::kVisual)), counted(session.scans, "scan"),
+        vision.late > 0 ? fmt::format("; image late in {}", with_commas(vision.late)) : "");
+}
+
 std::string counts_text(const std::map<std::string, std::size_t>& counts) {
     std::string text;
     for (const auto& [name, count] : counts) {
@@ -110,6 +146,14 @@ std::string closures_text(const Session& session) {
 
 }  // namespace
 
+Json statuses_json(const Vision& vision) {
+    Json counts = Json::object();
+    for (const auto& [status, count] : vision.statuses) {
+        counts[std::string(to_string(status))] = count;
+    }
+    return counts;
+}
+
 Json closures_by_verdict(const Session& session) {
     Json counts = Json::object();
     for (const ClosureVerdict verdict : kVerdicts) {
@@ -123,7 +167,7 @@ Json summary_of(const Session& session, const OutputTimings& output) {
             {"log", session.name},
             {"interrupted", session.interrupted},
             {"input", session.input},
-            {"warnings", session.warnings},
+            {"warnings", all_warnings(session)},
             {"scans", session.scans},
             {"keyframes", session.map.keyframes.size()},
             {"duration_s", rounded(session.recorded)},
@@ -131,6 +175,7 @@ Json summary_of(const Session& session, const OutputTimings& output) {
             {"priors_used", session.priors_used},
             {"odometry_status", session.statuses},
             {"icp_failures", session.icp_failures()},
+            {"vision", vision_json(session)},
             {"closures", closures_json(session)},
             {"graph", graph_json(session)},
             {"timings", timings_json(session, output)},
@@ -146,6 +191,9 @@ std::string summary_text(const Session& session) {
                                    session.interrupted ? "; interrupted before its end" : "");
     text += fmt::format("odometry   {} without a usable ICP; prior: {}\n",
                         counted(session.icp_failures(), "scan"), counts_text(session.priors_used));
+    if (session.vision.images > 0) {
+        text += vision_text(session);
+    }
     text += closures_text(session) + "\n";
     if (refinement.usable) {
         text += fmt::format("graph      chi2 {:.1f} -> {:.1f} in {} of the final refinement\n",

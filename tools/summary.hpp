@@ -19,6 +19,7 @@ struct OutputTimings {
 nlohmann::ordered_json summary_of(const Session& session, const OutputTimings& output);
 
 nlohmann::ordered_json closures_by_verdict(const Session& session);
+nlohmann::ordered_json statuses_json(const Vision& vision);
 
 /// The same for people, in a few lines.
 std::string summary_text(const Session& session);

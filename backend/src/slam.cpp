@@ -94,6 +94,7 @@ SlamResult Slam::process(const Frame& frame) {
     result.covariance = odometry.covariance;
     result.status = odometry.status;
     result.prior_used = odometry.prior_used;
+    result.visual_lag = odometry.visual_lag;
     result.icp = odometry.icp;
     result.keyframe = odometry.keyframe;
     return result;

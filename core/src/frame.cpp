@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace hybrid_slam {
@@ -23,20 +22,44 @@ std::optional<Frame> FrameAssembler::push(Measurement measurement) {
         newest_ = *odometry;
         return std::nullopt;
     }
-    if (auto* image = std::get_if<Image>(&measurement)) {
-        images_.push_back(std::move(*image));
-        if (images_.size() > kMostImages) {
-            images_.pop_front();
+    if (const auto* motion = std::get_if<VisualMotion>(&measurement)) {
+        visual_.push_back(*motion);
+        if (visual_.size() > kMostVisual) {
+            visual_.pop_front();
         }
+        newest_visual_ = motion->stamp;
+        const bool done = waiting_ && motion->stamp >= waiting_->scan.stamp;
+        return done ? complete() : std::nullopt;
+    }
+    if (!std::holds_alternative<Scan>(measurement)) {
         return std::nullopt;
     }
+    std::optional<Frame> before = complete();
     Frame frame;
     frame.scan = std::get<Scan>(std::move(measurement));
     frame.odom_from_robot = odometry_at(frame.scan.stamp);
-    frame.images.assign(std::make_move_iterator(images_.begin()),
-                        std::make_move_iterator(images_.end()));
-    images_.clear();
+    waiting_ = std::move(frame);
+    // One frame at a time goes out: one that could go at once waits for the next push.
+    return before || waits() ? std::move(before) : complete();
+}
+
+bool FrameAssembler::waits() const {
+    const double late = newest_visual_ ? waiting_->scan.stamp - *newest_visual_ : 0.0;
+    return late > 0.0 && late <= visual_wait_;
+}
+
+std::optional<Frame> FrameAssembler::complete() {
+    std::optional<Frame> frame = std::move(waiting_);
+    waiting_.reset();
+    if (frame) {
+        frame->visual.assign(visual_.begin(), visual_.end());
+        visual_.clear();
+    }
     return frame;
+}
+
+std::optional<Frame> FrameAssembler::flush() {
+    return complete();
 }
 
 std::optional<Pose2d> FrameAssembler::odometry_at(double stamp) const {

@@ -31,6 +31,20 @@ int run_worlds_benchmark(const std::filesystem::path& worlds,
 int run_forklift_benchmark(const std::filesystem::path& worlds,
                            const std::vector<std::string>& overrides, std::ostream& out);
 
+struct VisionOptions {
+    std::filesystem::path worlds;        ///< of config; its neighbours are the configurations
+    std::filesystem::path shared;        ///< holds data/kitti
+    std::vector<std::string> overrides;  ///< "key=value", vo.* too
+    int seeds = 10;                      ///< 1 to this, where there are several
+    std::vector<std::string> topics;     ///< of vision_topics
+};
+std::vector<std::string> vision_topics();
+
+/// Drives the simulated forklift with its camera: visual odometry alone, as ICP's first guess and
+/// with the graph, in the thesis's hall, with few scans, in a bare corridor and with faults; real
+/// images of a street; the speed of it all.
+int run_vision_benchmark(const VisionOptions& options, std::ostream& out);
+
 /// Kills recorders, cuts and zeroes the last megabyte of a recording at every byte, and measures
 /// how fast recordings are written and read.
 int run_recording_benchmark(std::ostream& out);
@@ -43,5 +57,10 @@ int run_s300_benchmark(const std::filesystem::path& shared_data, double megabyte
 /// Reads a scanner at the other end of a pseudo-terminal in real time, whose telegrams arrive late
 /// by random: for lost scans and for errors of the stamps.
 int run_live_benchmark(double minutes, std::ostream& out);
+
+/// The whole pipeline in real time, a simulated drive's scanner at the other end of a
+/// pseudo-terminal and its camera as a video file: processor time, and seconds from a telegram's
+/// last byte to the pose.
+int run_pipeline_benchmark(const std::filesystem::path& worlds, double minutes, std::ostream& out);
 
 }  // namespace hybrid_slam

@@ -25,6 +25,9 @@ int main(int argc, char** argv) {
     std::vector<std::string> overrides;
     double megabytes = 1000.0;
     double minutes = 10.0;
+    hybrid_slam::VisionOptions vision;
+    vision.worlds = HYBRID_SLAM_WORLDS_DIR;
+    vision.topics = hybrid_slam::vision_topics();
     const std::vector<Part> all{
         {"pairs", [&] { return hybrid_slam::run_pairs_benchmark(shared, std::cout); }},
         {"graphs", [&] { return hybrid_slam::run_graphs_benchmark(shared, std::cout); }},
@@ -38,23 +41,40 @@ int main(int argc, char** argv) {
              return hybrid_slam::run_forklift_benchmark(HYBRID_SLAM_WORLDS_DIR, overrides,
                                                         std::cout);
          }},
+        {"vision",
+         [&] {
+             vision.shared = shared;
+             vision.overrides = overrides;
+             return hybrid_slam::run_vision_benchmark(vision, std::cout);
+         }},
         {"recording", [&] { return hybrid_slam::run_recording_benchmark(std::cout); }},
         {"s300", [&] { return hybrid_slam::run_s300_benchmark(shared, megabytes, std::cout); }},
         {"live", [&] { return hybrid_slam::run_live_benchmark(minutes, std::cout); }},
+        {"pipeline",
+         [&] {
+             return hybrid_slam::run_pipeline_benchmark(HYBRID_SLAM_WORLDS_DIR, minutes, std::cout);
+         }},
     };
     std::vector<std::string> names;
+    std::vector<std::string> chosen;
     for (const Part& part : all) {
         names.push_back(part.name);
+        if (part.name != "live" && part.name != "pipeline") {
+            chosen.push_back(part.name);
+        }
     }
-    std::vector<std::string> chosen = names;
-    chosen.erase(std::remove(chosen.begin(), chosen.end(), "live"), chosen.end());
-    app.add_option("parts", chosen, "what to measure (everything but live by default)")
+    app.add_option("parts", chosen, "what to measure (all but live and pipeline by default)")
         ->check(CLI::IsMember(names));
     app.add_option("--shared", shared,
-                   "folder that holds data/slam2d, posegraph and s300_telegrams");
-    app.add_option("--set", overrides, "key=value of the configuration, for logs and worlds");
+                   "folder that holds data/slam2d, posegraph, s300_telegrams and kitti");
+    app.add_option("--set", overrides,
+                   "key=value of the configuration, for logs, worlds, forklift and vision");
     app.add_option("--megabytes", megabytes, "of torture for s300")->check(CLI::Range(1.0, 1e6));
-    app.add_option("--minutes", minutes, "of live, in real time")->check(CLI::Range(0.05, 1e4));
+    app.add_option("--minutes", minutes, "of live and pipeline, in real time")
+        ->check(CLI::Range(0.05, 1e4));
+    app.add_option("--seeds", vision.seeds, "of vision, 1 to this")->check(CLI::Range(1, 1000));
+    app.add_option("--topics", vision.topics, "of vision (all by default)")
+        ->check(CLI::IsMember(hybrid_slam::vision_topics()));
     CLI11_PARSE(app, argc, argv);
     int misses = 0;
     try {

@@ -17,6 +17,7 @@ namespace hybrid_slam {
 namespace {
 
 constexpr double kStampTolerance = 0.001;           // seconds
+constexpr double kVisualWait = 0.2;                 // seconds, as for recordings
 constexpr double kRelationTranslationSigma = 0.05;  // metres
 constexpr double kRelationRotationSigma = radians(1.0);
 
@@ -124,18 +125,21 @@ SlamConfig slam_config(const std::vector<std::string>& overrides) {
 Session run_session(Source& source, const SlamConfig& config) {
     Session session;
     Slam slam(config);
-    FrameAssembler assembler;
-    const double start = cpu_seconds();
-    while (auto measurement = source.next()) {
-        const auto frame = assembler.push(std::move(*measurement));
+    FrameAssembler assembler(kVisualWait);
+    const auto process = [&session, &slam](const std::optional<Frame>& frame) {
         if (!frame) {
-            continue;
+            return;
         }
         const SlamResult result = slam.process(*frame);
         ++session.scans;
         session.slowest_scan_ms = std::max(session.slowest_scan_ms, 1e3 * result.timings.total());
         session.not_aligned += result.status == OdometryStatus::kPriorOnly ? 1 : 0;
+    };
+    const double start = cpu_seconds();
+    while (auto measurement = source.next()) {
+        process(assembler.push(std::move(*measurement)));
     }
+    process(assembler.flush());
     slam.refine();
     session.map = slam.map();
     session.cpu_seconds = cpu_seconds() - start;

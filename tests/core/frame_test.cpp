@@ -27,6 +27,12 @@ Image image_at(double stamp) {
     return image;
 }
 
+VisualMotion motion_to(double stamp) {
+    VisualMotion motion;
+    motion.stamp = stamp;
+    return motion;
+}
+
 std::optional<Pose2d> odometry_of(FrameAssembler& assembler, double stamp) {
     const auto frame = assembler.push(scan_at(stamp));
     return frame ? frame->odom_from_robot : std::nullopt;
@@ -49,28 +55,57 @@ TEST(FrameAssembler, OnlyAScanCompletesAFrame) {
     EXPECT_EQ(frame->scan.ranges.size(), 2U);
 }
 
-TEST(FrameAssembler, GivesTheImagesSinceTheFrameBefore) {
+TEST(FrameAssembler, GivesTheVisualMotionsSinceTheFrameBefore) {
     FrameAssembler assembler;
-    assembler.push(image_at(1.0));
-    assembler.push(image_at(2.0));
+    assembler.push(motion_to(1.0));
+    assembler.push(motion_to(2.0));
     const auto first = assembler.push(scan_at(2.5));
-    ASSERT_EQ(first->images.size(), 2U);
-    EXPECT_EQ(first->images[1].stamp, 2.0);
-    EXPECT_TRUE(assembler.push(scan_at(3.0))->images.empty());
-    assembler.push(image_at(4.0));
-    EXPECT_EQ(assembler.push(scan_at(5.0))->images.size(), 1U);
+    ASSERT_EQ(first->visual.size(), 2U);
+    EXPECT_EQ(first->visual[1].stamp, 2.0);
+    EXPECT_TRUE(assembler.push(scan_at(3.0))->visual.empty());
+    assembler.push(motion_to(4.0));
+    EXPECT_EQ(assembler.push(scan_at(5.0))->visual.size(), 1U);
+    EXPECT_FALSE(assembler.flush().has_value());
 }
 
-TEST(FrameAssembler, KeepsTheNewestImagesWhileNoScanComes) {
+TEST(FrameAssembler, KeepsTheNewestVisualMotionsWhileNoScanComes) {
     FrameAssembler assembler;
-    const auto most = FrameAssembler::kMostImages;
+    const auto most = FrameAssembler::kMostVisual;
     for (std::size_t i = 0; i < most + 20; ++i) {
-        assembler.push(image_at(static_cast<double>(i)));
+        assembler.push(motion_to(static_cast<double>(i)));
     }
-    const auto frame = assembler.push(scan_at(1e3));
-    ASSERT_EQ(frame->images.size(), most);
-    EXPECT_EQ(frame->images.front().stamp, 20.0);
-    EXPECT_EQ(frame->images.back().stamp, static_cast<double>(most + 19));
+    const auto frame = assembler.push(scan_at(1e4));
+    ASSERT_EQ(frame->visual.size(), most);
+    EXPECT_EQ(frame->visual.front().stamp, 20.0);
+    EXPECT_EQ(frame->visual.back().stamp, static_cast<double>(most + 19));
+}
+
+TEST(FrameAssembler, AScanWaitsForTheImageAfterIt) {
+    FrameAssembler assembler(0.2);
+    EXPECT_TRUE(assembler.push(scan_at(1.0)).has_value());  // there is no image yet
+    assembler.push(motion_to(1.95));
+    EXPECT_FALSE(assembler.push(scan_at(2.0)).has_value());
+    EXPECT_FALSE(assembler.push(motion_to(1.99)).has_value());
+    const auto frame = assembler.push(motion_to(2.02));
+    ASSERT_TRUE(frame.has_value());
+    EXPECT_EQ(frame->scan.stamp, 2.0);
+    EXPECT_EQ(frame->visual.size(), 3U);
+    EXPECT_TRUE(assembler.push(scan_at(2.01)).has_value());  // the image after it was there before
+    EXPECT_TRUE(assembler.push(scan_at(2.3)).has_value());   // images have stopped long ago
+}
+
+TEST(FrameAssembler, AScanWaitsNoLongerThanForTheNextScan) {
+    FrameAssembler assembler(0.2);
+    assembler.push(motion_to(1.95));
+    EXPECT_FALSE(assembler.push(scan_at(2.0)).has_value());
+    const auto first = assembler.push(scan_at(2.1));
+    ASSERT_TRUE(first.has_value());
+    EXPECT_EQ(first->scan.stamp, 2.0);
+    const auto second = assembler.push(motion_to(2.15));
+    ASSERT_TRUE(second.has_value());
+    EXPECT_EQ(second->scan.stamp, 2.1);
+    EXPECT_FALSE(assembler.push(scan_at(2.2)).has_value());
+    EXPECT_EQ(assembler.flush()->scan.stamp, 2.2);
 }
 
 TEST(FrameAssembler, WithoutWheelsThereIsNoOdometry) {

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <string>
 
+#include "hybrid_slam/simulator/simulated_vehicle.hpp"
 #include "hybrid_slam/simulator/simulator.hpp"
 
 namespace hybrid_slam::test {
@@ -40,8 +42,8 @@ double clearance(const World& world, const Point2& point) {
     return nearest;
 }
 
-TEST(ShippedWorlds, AreEleven) {
-    EXPECT_EQ(shipped_worlds().size(), 11U);
+TEST(ShippedWorlds, AreThirteen) {
+    EXPECT_EQ(shipped_worlds().size(), 13U);
 }
 
 class ShippedWorld : public ::testing::TestWithParam<std::filesystem::path> {};
@@ -86,6 +88,68 @@ TEST_P(ShippedWorld, IsADriveOfSomeMinutesWithLoopsThatSeesItsWalls) {
     EXPECT_LE(length, 400.0);
     EXPECT_LT((truth.back().pose.translation - truth.front().pose.translation).norm(), 1.5)
         << "it comes back to where it began";
+}
+
+std::filesystem::path shipped(const std::string& name) {
+    return std::filesystem::path(HYBRID_SLAM_SOURCE_DIR) / "config" / "worlds" / (name + ".yaml");
+}
+
+/// From the truck's rectangle to the middle of what stands there.
+double gap_to(const VehicleConfig& vehicle, const Point2& in_robot) {
+    const double half = 0.5 * vehicle.footprint_width;
+    const double beyond_end =
+        std::max({in_robot.x() - vehicle.footprint_front, -vehicle.footprint_rear - in_robot.x()});
+    const double beside = std::abs(in_robot.y()) - half;
+    return std::hypot(std::max(beyond_end, 0.0), std::max(beside, 0.0));
+}
+
+TEST(ThesisHallPerson, CrossesTheCamerasViewNowAndThenAndIsNeverRunOver) {
+    const World world = read_world(shipped("thesis_hall_person"));
+    SimulatedDriveConfig config;
+    read_drive_section(shipped("thesis_hall_person"), config);
+    config.camera = false;
+    const RobotConfig robot;
+    SimulatedVehicle vehicle(world, "figure_eight", robot, config);
+    EXPECT_FALSE(vehicle.first_crash());
+    while (vehicle.next()) {
+    }
+    constexpr double kHalfWidth = 0.4;  // tangent of half of the camera's angle of view
+    int crossings = 0;
+    bool was_seen = false;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const StampedPose& pose : vehicle.truth()) {
+        const Circle person = world.people_at(pose.stamp).front();
+        const Point2 in_robot = pose.pose.inverse() * person.center;
+        nearest = std::min(nearest, gap_to(robot.vehicle, in_robot) - person.radius);
+        const double ahead = in_robot.x() - robot.camera.mounting.x;
+        const bool seen = ahead > 0.3 && std::abs(in_robot.y()) < kHalfWidth * ahead;
+        crossings += seen && !was_seen ? 1 : 0;
+        was_seen = seen;
+    }
+    EXPECT_GE(crossings, 8);
+    EXPECT_GT(nearest, 0.6);
+}
+
+/// Nothing that a scan shows there tells one place from the next.
+TEST(BareCorridor, BothEndsAreOutOfRangeInItsMiddle) {
+    const World world = read_world(shipped("bare_corridor"));
+    const RobotConfig robot;
+    SimulatedDriveConfig config;
+    read_drive_section(shipped("bare_corridor"), config);
+    EXPECT_GE(config.distance, 42.0);
+    EXPECT_LE(config.speed, 0.5);
+    EXPECT_GE(config.speed, 0.3);
+    for (double x = 29.1; x <= 69.1; x += 0.5) {
+        const Point2 scanner(x + robot.lidar.x, 0.05);
+        for (int i = 0; i < 540; ++i) {
+            const double angle = radians(1.0 * i / 1.5);
+            const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
+            const double range = world.cast_ray(scanner, direction);
+            const double across = scanner.y() + range * direction.y();
+            EXPECT_TRUE(range >= robot.lidar.range_max || std::abs(std::abs(across) - 1.5) < 1e-6)
+                << x << " " << angle;
+        }
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, ShippedWorld, ::testing::ValuesIn(shipped_worlds()),

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "hybrid_slam/sensors/sensor_source.hpp"
 #include "support/error_of.hpp"
@@ -192,6 +193,47 @@ TEST(SimulatedVehicle, ImagesComeAtTheirRateInOrderWithTheScans) {
     EXPECT_NEAR(static_cast<double>(images), 30.0 * last_image, 2.0);
 }
 
+double mean_level(const CameraFrame& frame) {
+    const Image image = decode_image(frame.image, ImageColor::kGray).value();
+    const double sum = std::accumulate(image.pixels.begin(), image.pixels.end(), 0.0);
+    return sum / static_cast<double>(image.pixels.size());
+}
+
+TEST(SimulatedVehicle, FaultsOfTheCameraComeAtTheirTimesAndChangeNothingElse) {
+    SimulatedDriveConfig config;
+    config.speed = 1.0;
+    const RobotConfig robot = small_camera();
+    const auto clear = events_of(config, robot);
+    config.render.covered = {1.0, 1.5};
+    config.render.dimmed = {2.0, 3.0};
+    const auto faulty = events_of(config, robot);
+    ASSERT_EQ(faulty.size(), clear.size());
+    const double late = robot.camera.latency + config.camera_jitter;
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < faulty.size(); ++i) {
+        const double arrival = arrival_of(faulty[i]);
+        ASSERT_EQ(arrival, arrival_of(clear[i]));
+        const auto* frame = std::get_if<CameraFrame>(&faulty[i]);
+        if (frame == nullptr) {
+            EXPECT_EQ(std::get<LidarBytes>(faulty[i]).bytes, std::get<LidarBytes>(clear[i]).bytes);
+            continue;
+        }
+        const double level = mean_level(std::get<CameraFrame>(clear[i]));
+        const auto within = [&](double from, double to) {
+            return arrival > from + late && arrival < to + robot.camera.latency;
+        };
+        if (within(1.0, 1.5)) {
+            ++covered;
+            EXPECT_LT(mean_level(*frame), 5.0);
+        } else if (within(2.0, 3.0)) {
+            EXPECT_NEAR(mean_level(*frame) / level, 0.5, 0.03);
+        } else if (within(0.0, 1.0) || within(1.5, 2.0) || within(3.0, 9.0)) {
+            EXPECT_EQ(frame->image, std::get<CameraFrame>(clear[i]).image) << arrival;
+        }
+    }
+    EXPECT_NEAR(static_cast<double>(covered), 15.0, 1.0);
+}
+
 TEST(SimulatedVehicle, NearThingsAreFlaggedAsInTheProtectiveField) {
     World world = room();
     world.path = {{-1, 0}, {2.9, 0}};  // until the scanner is 0.8 m from the wall
@@ -241,6 +283,11 @@ TEST(SimulatedVehicle, RefusesWhatCannotBeDriven) {
     wild.dropout = 1.5;
     EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", robot, wild); }),
                 HasSubstr("drive.dropout"));
+    SimulatedDriveConfig odd = clean();
+    odd.camera = true;
+    odd.render.covered = {2.0};
+    EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", robot, odd); }),
+                HasSubstr("render.covered: must hold pairs"));
     RobotConfig bare = robot;
     bare.lidar.protocol = LidarProtocol::kThesisWords;
     EXPECT_THAT(error_of([&] { SimulatedVehicle(room(), "", bare, clean()); }),

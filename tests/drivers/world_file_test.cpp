@@ -6,6 +6,7 @@
 
 #include "drivers/scratch_folder.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/simulator/simulated_vehicle.hpp"
 #include "hybrid_slam/simulator/simulator.hpp"
 #include "support/error_of.hpp"
 
@@ -74,6 +75,19 @@ TEST(WorldFile, SimulatorSectionSetsOnlyWhatItNames) {
     EXPECT_EQ(config.dropout, 0.5);
 }
 
+TEST(WorldFile, DriveSectionTakesListsOfNumbers) {
+    const ScratchFolder folder;
+    const auto file =
+        folder.write("w.yaml",
+                     "name: a\npath: [[0, 0], [1, 0]]\n"
+                     "drive: {speed: 0.4, render.covered: [20, 25.5], render.dimmed: '[1, 2]'}\n");
+    SimulatedDriveConfig config;
+    read_drive_section(file, config);
+    EXPECT_EQ(config.speed, 0.4);
+    EXPECT_EQ(config.render.covered, (std::vector<double>{20.0, 25.5}));
+    EXPECT_EQ(config.render.dimmed, (std::vector<double>{1.0, 2.0}));
+}
+
 struct BadWorld {
     const char* text;
     const char* said;
@@ -129,7 +143,13 @@ INSTANTIATE_TEST_SUITE_P(
         BadWorld{"name: a\npath: [[0, 0], [1, 0]]\nsimulator:\n  speeed: 1\n",
                  "4: key 'simulator.speeed': unknown key; did you mean 'simulator.speed'"},
         BadWorld{"name: a\npath: [[0, 0], [1, 0]]\nsimulator:\n  speed: -1\n",
-                 "4: key 'simulator.speed': must be a number"}));
+                 "4: key 'simulator.speed': must be a number"},
+        BadWorld{"name: a\npath: [[0, 0], [1, 0]]\ndrive:\n  render.covered: [1, x]\n",
+                 "4: key 'drive.render.covered': must be a number"},
+        BadWorld{"name: a\npath: [[0, 0], [1, 0]]\ndrive:\n  speed: [1]\n",
+                 "4: key 'drive.speed': must be a number"},
+        BadWorld{"name: a\npath: [[0, 0], [1, 0]]\ndrive:\n  render.covered: [[1, 2]]\n",
+                 "4: drive: must hold lines like 'key: value'"}));
 
 TEST(WorldFile, MissingFileIsAnError) {
     EXPECT_THROW(read_world("no_such_world.yaml"), Error);

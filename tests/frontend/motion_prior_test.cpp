@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
+#include <cmath>
 
 #include "support/pose_matchers.hpp"
 
@@ -50,7 +50,7 @@ TEST(MotionPrior, NoneNeverSaysAnything) {
     predictor.update(frame_at(0.0, {}), {});
     predictor.update(frame_at(0.1, kStep), kStep);
     expect_nothing(predictor.predict(frame_at(0.2, kStep * kStep)));
-    EXPECT_TRUE(predictor.alternatives(frame_at(0.2, kStep * kStep)).empty());
+    EXPECT_TRUE(predictor.alternatives(frame_at(0.2, kStep * kStep), {}).empty());
 }
 
 TEST(MotionPrior, VelocityGoesOnAlongItsArc) {
@@ -171,7 +171,8 @@ TEST(MotionPrior, AlternativesStartElsewhereAndWeighNothing) {
     MotionPredictor predictor(config_of(PriorKind::kWheel));
     predictor.update(frame_at(0.0, {}), {});
     predictor.update(frame_at(0.1, {}), kStep);  // the wheels stood still
-    const auto starts = predictor.alternatives(frame_at(0.2, {-0.3, 0.0, 0.0}));
+    const Frame frame = frame_at(0.2, {-0.3, 0.0, 0.0});
+    const auto starts = predictor.alternatives(frame, predictor.predict(frame));
     ASSERT_EQ(starts.size(), 3U);
     EXPECT_EQ(starts[0].used, PriorKind::kWheel);
     EXPECT_THAT(starts[0].before_from_now, PoseNear(Pose2d(-0.3, 0.0, 0.0), 1e-12, 1e-12));
@@ -184,7 +185,140 @@ TEST(MotionPrior, AlternativesStartElsewhereAndWeighNothing) {
     }
 }
 
+// ---- visual odometry ----
+
+const Eigen::Vector3d kTwist(0.7, 0.02, 0.4);
+
+/// Adds the motions of images each 25 ms along one arc, the last at `newest`.
+void add_images(Frame& frame, double oldest, double newest) {
+    constexpr double kInterval = 0.025;
+    const auto count = std::lround((newest - oldest) / kInterval);
+    for (long i = 0; i < count; ++i) {
+        VisualMotion motion;
+        motion.from_stamp = oldest + static_cast<double>(i) * kInterval;
+        motion.stamp = oldest + static_cast<double>(i + 1) * kInterval;
+        motion.before_from_now = Pose2d::exp((motion.stamp - motion.from_stamp) * kTwist);
+        motion.covariance = 1e-6 * Eigen::Matrix3d::Identity();
+        motion.status = VisualStatus::kGood;
+        frame.visual.push_back(motion);
+    }
+}
+
+TEST(MotionPrior, ImagesSayTheMotionBetweenTheScans) {
+    MotionPredictor predictor(config_of(PriorKind::kVisual));
+    Frame first = frame_at(0.1, Pose2d());
+    add_images(first, 0.0, 0.1);
+    expect_nothing(predictor.predict(first));
+    predictor.update(first, {});
+    Frame second = frame_at(0.215, kStep);  // between two images
+    add_images(second, 0.1, 0.225);
+    const MotionPrior prior = predictor.predict(second);
+    EXPECT_EQ(prior.used, PriorKind::kVisual);
+    EXPECT_THAT(prior.before_from_now, PoseNear(Pose2d::exp(0.115 * kTwist), 1e-9, 1e-9));
+    EXPECT_LT((prior.twist - kTwist).norm(), 1e-6);
+    EXPECT_NEAR(prior.information(2, 2), 1e6 / 4.6, 1e4) << "of 4.6 steps";
+    predictor.update(second, prior.before_from_now);
+    Frame third = frame_at(0.3);
+    add_images(third, 0.225, 0.275);
+    const MotionPrior carried = predictor.predict(third);
+    EXPECT_EQ(carried.used, PriorKind::kVisual);
+    EXPECT_THAT(carried.before_from_now, PoseNear(Pose2d::exp(0.085 * kTwist), 1e-9, 1e-9));
+    EXPECT_GT(carried.information(2, 2), 0.0);
+}
+
+TEST(MotionPrior, WithoutImagesTheWheelsStepInAndWithoutThoseTheVelocity) {
+    MotionPredictor predictor(config_of(PriorKind::kVisual));
+    Frame frame = frame_at(0.1, Pose2d());
+    add_images(frame, 0.0, 0.1);
+    predictor.predict(frame);
+    predictor.update(frame, {});
+    frame = frame_at(0.2, kStep);
+    add_images(frame, 0.1, 0.2);
+    frame.visual[2].status = VisualStatus::kTooDark;
+    const MotionPrior wheels = predictor.predict(frame);
+    EXPECT_EQ(wheels.used, PriorKind::kWheel);
+    EXPECT_THAT(wheels.before_from_now, PoseNear(kStep, 1e-12, 1e-12));
+    predictor.update(frame, kStep);
+    frame = frame_at(0.7);
+    const MotionPrior velocity = predictor.predict(frame);
+    EXPECT_EQ(velocity.used, PriorKind::kConstantVelocity) << "the images are half a second old";
+    predictor.update(frame, kStep);
+    frame = frame_at(0.8, kStep);
+    add_images(frame, 0.6, 0.8);
+    EXPECT_EQ(predictor.predict(frame).used, PriorKind::kVisual) << "and back again";
+}
+
+TEST(MotionPrior, ImagesAreCarriedOnAsFarAsTheConfigSays) {
+    for (const double allowed : {0.05, 0.3}) {
+        MotionPriorConfig config = config_of(PriorKind::kVisual);
+        config.visual_extrapolation = allowed;
+        MotionPredictor predictor(config);
+        Frame frame = frame_at(0.1);
+        add_images(frame, 0.0, 0.2);
+        predictor.predict(frame);
+        predictor.update(frame, {});
+        EXPECT_EQ(predictor.predict(frame_at(0.35)).used == PriorKind::kVisual, allowed > 0.15);
+    }
+}
+
+TEST(MotionPrior, OtherKindsDoNotLookAtImages) {
+    for (const PriorKind kind :
+         {PriorKind::kNone, PriorKind::kConstantVelocity, PriorKind::kWheel}) {
+        MotionPredictor predictor(config_of(kind));
+        Frame frame = frame_at(0.1);
+        add_images(frame, 0.0, 0.2);
+        predictor.predict(frame);
+        predictor.update(frame, {});
+        EXPECT_NE(predictor.predict(frame_at(0.2)).used, PriorKind::kVisual);
+    }
+}
+
+TEST(MotionPrior, TheLagIsCountedFromTheNewestImage) {
+    MotionPredictor predictor(config_of(PriorKind::kVisual));
+    Frame frame = frame_at(0.05);
+    predictor.predict(frame);
+    EXPECT_FALSE(predictor.visual_lag(frame).has_value()) << "before the first image";
+    predictor.update(frame, {});
+    frame = frame_at(0.13);
+    add_images(frame, 0.0, 0.1);
+    predictor.predict(frame);
+    EXPECT_NEAR(predictor.visual_lag(frame).value(), 0.03, 1e-9);
+    predictor.update(frame, {});
+    frame = frame_at(0.19);
+    add_images(frame, 0.1, 0.2);
+    predictor.predict(frame);
+    EXPECT_NEAR(predictor.visual_lag(frame).value(), -0.01, 1e-9);
+    for (double stamp = 0.3; stamp < 3.0; stamp += 0.1) {  // the camera falls silent
+        frame = frame_at(stamp);
+        predictor.predict(frame);
+        ASSERT_TRUE(predictor.visual_lag(frame).has_value()) << stamp;
+        ASSERT_NEAR(*predictor.visual_lag(frame), stamp - 0.2, 1e-9);
+        predictor.update(frame, {});
+    }
+}
+
+TEST(MotionPrior, TheVelocityIsAnAlternativeToImages) {
+    MotionPredictor predictor(config_of(PriorKind::kVisual));
+    predictor.update(frame_at(0.0), {});
+    Frame frame = frame_at(0.1);
+    add_images(frame, 0.0, 0.1);
+    predictor.predict(frame);
+    predictor.update(frame, kStep);
+    frame = frame_at(0.2);
+    add_images(frame, 0.1, 0.2);
+    const MotionPrior prior = predictor.predict(frame);
+    const auto starts = predictor.alternatives(frame, prior);
+    ASSERT_EQ(starts.size(), 3U);
+    EXPECT_EQ(starts[0].used, PriorKind::kVisual);
+    EXPECT_EQ(starts[1].used, PriorKind::kConstantVelocity);
+    EXPECT_EQ(starts[2].used, PriorKind::kNone);
+    for (const MotionPrior& start : starts) {
+        EXPECT_TRUE(start.information.isZero(0.0));
+    }
+}
+
 TEST(MotionPrior, NamesItsKinds) {
+    EXPECT_EQ(to_string(PriorKind::kVisual), "visual");
     EXPECT_EQ(to_string(PriorKind::kNone), "none");
     EXPECT_EQ(to_string(PriorKind::kConstantVelocity), "constant_velocity");
     EXPECT_EQ(to_string(PriorKind::kWheel), "wheel");

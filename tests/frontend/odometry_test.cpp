@@ -4,23 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
-#include <functional>
-#include <map>
 #include <set>
 
+#include "odometry_drive.hpp"
 #include "support/pose_matchers.hpp"
-#include "support/room.hpp"
 
 namespace hybrid_slam::test {
 namespace {
-
-OdometryConfig config_of(PriorKind prior) {
-    OdometryConfig config;
-    config.prior.kind = prior;
-    config.keyframe.distance = 0.4;
-    config.keyframe.angle = radians(20.0);
-    return config;
-}
 
 /// The thesis's: the previous scan, points to points, no prior.
 OdometryConfig plain_icp() {
@@ -29,42 +19,6 @@ OdometryConfig plain_icp() {
     config.icp.metric = IcpMetric::kPointToPoint;
     return config;
 }
-
-struct Outcome {
-    std::vector<OdometryResult> results;
-    double worst = 0.0;  ///< metres or radians, the pose against the truth at any frame
-    std::map<PriorKind, int> priors;
-    int kept = 0;  ///< keyframes
-};
-
-Outcome follow(const OdometryConfig& config, const std::vector<Frame>& frames,
-               const Trajectory& truth) {
-    Odometry odometry(config);
-    Outcome outcome;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-        outcome.results.push_back(odometry.register_frame(frames[i]));
-        const OdometryResult& result = outcome.results.back();
-        outcome.worst = std::max(
-            outcome.worst, apart(between(truth[0].pose, truth[i].pose), result.local_from_robot));
-        ++outcome.priors[result.prior_used];
-        outcome.kept += result.keyframe ? 1 : 0;
-    }
-    return outcome;
-}
-
-Lidar noisy_lidar() {
-    Lidar lidar;
-    lidar.beams = 541;
-    lidar.field_of_view = radians(270.0);
-    lidar.sigma = 0.01;
-    return lidar;
-}
-
-struct Drive {
-    World world = irregular_room();
-    Trajectory truth = ellipse_lap(160);
-    std::vector<Frame> frames = frames_along(world, truth, noisy_lidar(), 41);
-};
 
 class OdometryByPrior : public ::testing::TestWithParam<PriorKind> {};
 
@@ -141,30 +95,6 @@ TEST(Odometry, TheLocalMapDriftsLessThanThePreviousScan) {
     const double by_scan = follow(config, drive.frames, drive.truth).worst;
     EXPECT_LT(by_map, by_scan);
     EXPECT_LT(by_scan, 0.2);
-}
-
-/// Forward and back again through the room, 8 cm and a little turn a frame.
-Trajectory there_and_back() {
-    Trajectory truth;
-    Pose2d pose(-2.0, -0.5, 0.1);
-    for (int i = 0; i < 80; ++i) {
-        truth.push_back({0.1 * i, pose});
-        const double sign = i < 40 ? 1.0 : -1.0;
-        pose = pose * Pose2d::exp(sign * Eigen::Vector3d(0.08, 0.0, 0.01));
-    }
-    return truth;
-}
-
-/// Frames whose wheels say `told(true step)` instead of the true step.
-std::vector<Frame> with_wheels(const Trajectory& truth,
-                               const std::function<Pose2d(std::size_t, const Pose2d&)>& told) {
-    std::vector<Frame> frames = frames_along(irregular_room(), truth, noisy_lidar(), 43);
-    Pose2d odom;
-    for (std::size_t i = 1; i < frames.size(); ++i) {
-        odom = odom * told(i, between(truth[i - 1].pose, truth[i].pose));
-        frames[i].odom_from_robot = odom;
-    }
-    return frames;
 }
 
 TEST(Odometry, OvercomesWheelsThatNeverGoBackwards) {
@@ -342,6 +272,93 @@ TEST(Odometry, IsTheSameToTheBitWhenRepeated) {
     }
 }
 
+// ---- visual odometry ----
+
+TEST(Odometry, FollowsALapWithImages) {
+    const Drive drive;
+    const auto frames = with_images(drive.frames, drive.truth, 1e-3);
+    const Outcome found = follow(config_of(PriorKind::kVisual), frames, drive.truth);
+    EXPECT_LT(found.worst, 0.01);
+    EXPECT_GE(found.priors.at(PriorKind::kVisual), 158);
+    EXPECT_FALSE(found.results[0].visual_lag.has_value());
+    for (std::size_t i = 1; i < found.results.size(); ++i) {
+        ASSERT_EQ(found.results[i].status, OdometryStatus::kAligned);
+        ASSERT_NEAR(found.results[i].visual_lag.value(), 0.0, 1e-9);
+    }
+}
+
+TEST(Odometry, WithoutAReferenceItDeadReckons) {
+    const Drive drive;
+    OdometryConfig config = config_of(PriorKind::kVisual);
+    config.reference = ReferenceKind::kNone;
+    const Outcome exact = follow(config, with_images(drive.frames, drive.truth, 0.0), drive.truth);
+    EXPECT_LT(exact.worst, 1e-6) << "the prior alone, whatever the scans say";
+    const Outcome noisy = follow(config, with_images(drive.frames, drive.truth, 2e-3), drive.truth);
+    EXPECT_GT(noisy.worst, 0.01);
+    double before = 0.0;
+    for (std::size_t i = 1; i < noisy.results.size(); ++i) {
+        const OdometryResult& result = noisy.results[i];
+        ASSERT_EQ(result.status, OdometryStatus::kDeadReckoned);
+        ASSERT_EQ(result.prior_used, PriorKind::kVisual);
+        ASSERT_FALSE(result.icp.usable());
+        ASSERT_GT(uncertainty(result), before) << "it only grows";
+        before = noisy.results[i].keyframe ? 0.0 : uncertainty(result);
+    }
+}
+
+TEST(Odometry, DeadReckoningWithoutAPriorStandsStill) {
+    const Drive drive;
+    OdometryConfig config = config_of(PriorKind::kNone);
+    config.reference = ReferenceKind::kNone;
+    Odometry odometry(config);
+    odometry.register_frame(drive.frames[0]);
+    const OdometryResult result = odometry.register_frame(drive.frames[1]);
+    EXPECT_EQ(result.status, OdometryStatus::kDeadReckoned);
+    EXPECT_THAT(result.local_from_robot, PoseNear(Pose2d(), 0.0, 0.0));
+    EXPECT_GT(uncertainty(result), 0.1);
+}
+
+/// Along an endless corridor, whose scans say nothing of the way along it.
+Outcome along_a_corridor(double claimed_sigma) {
+    Trajectory truth;
+    std::vector<Frame> frames;
+    Rng rng(48);
+    for (int i = 0; i < 60; ++i) {
+        truth.push_back({0.1 * i, Pose2d(0.05 * i, 0.0, 0.0)});
+        Frame frame;
+        frame.scan = scan_at(endless_corridor(), truth.back().pose, noisy_lidar(), rng);
+        frame.scan.stamp = 0.1 * i;
+        frames.push_back(frame);
+    }
+    frames = with_images(frames, truth, 0.0);
+    for (Frame& frame : frames) {
+        for (VisualMotion& motion : frame.visual) {
+            motion.covariance = claimed_sigma * claimed_sigma * Eigen::Matrix3d::Identity();
+        }
+    }
+    return follow(config_of(PriorKind::kVisual), frames, truth);
+}
+
+TEST(Odometry, ImagesCarryItAlongACorridorAndTheirDoubtShows) {
+    const Outcome sure = along_a_corridor(5e-4);
+    EXPECT_LT(sure.worst, 0.06) << "2 % of 3 m";
+    const Outcome unsure = along_a_corridor(5e-3);
+    for (std::size_t i = 1; i < sure.results.size(); ++i) {
+        if (!sure.results[i].keyframe && !unsure.results[i].keyframe) {
+            // Along the corridor the images alone know; across it the walls do.
+            ASSERT_LT(sure.results[i].covariance(0, 0), unsure.results[i].covariance(0, 0)) << i;
+            ASSERT_GT(unsure.results[i].covariance(0, 0), unsure.results[i].covariance(1, 1)) << i;
+        }
+    }
+}
+
+TEST(Odometry, OvercomesACameraThatLiesOnce) {
+    const Drive drive;
+    auto frames = with_images(drive.frames, drive.truth, 1e-4);
+    frames[60].visual[2].before_from_now = Pose2d(0.7, 0.3, 0.3);
+    EXPECT_LT(follow(config_of(PriorKind::kVisual), frames, drive.truth).worst, 0.02);
+}
+
 TEST(Odometry, EveryKeyOfItsConfigurationHasItsOwnField) {
     OdometryConfig config;
     ConfigSchema schema;
@@ -367,6 +384,7 @@ TEST(Odometry, NamesItsStatus) {
     EXPECT_EQ(to_string(OdometryStatus::kFirst), "first");
     EXPECT_EQ(to_string(OdometryStatus::kAligned), "aligned");
     EXPECT_EQ(to_string(OdometryStatus::kPriorOnly), "prior_only");
+    EXPECT_EQ(to_string(OdometryStatus::kDeadReckoned), "dead_reckoned");
 }
 
 }  // namespace

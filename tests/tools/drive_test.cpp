@@ -55,10 +55,16 @@ TEST(Drive, ComparesARecordingWithItsOwnTruth) {
     const Json json = run_well(folder, "compare sim1 --json").json();
     EXPECT_EQ(json["yardstick"], "truth.tum");
     EXPECT_EQ(json["variants"].size(), 3U);
+    EXPECT_EQ(json["variants"][2]["error"]["alignment"], "first");
     EXPECT_LT(json["variants"][2]["error"]["ate_rmse_m"], 0.03);
     EXPECT_TRUE(std::filesystem::exists(folder / "sim1_compare" / "compare.png"));
     std::filesystem::remove(folder / "sim1" / "truth.tum");
-    EXPECT_EQ(run(folder, "compare sim1").code, 2);
+    const Json without = run_well(folder, "compare sim1 --json").json();
+    EXPECT_TRUE(without["yardstick"].is_null());
+    EXPECT_EQ(without["held_against"], "seeded ICP + graph");
+    EXPECT_EQ(without["variants"][0]["error"]["metric"], "difference");
+    EXPECT_TRUE(without["variants"][2]["error"].is_null());
+    EXPECT_THAT(bytes_of(folder / "sim1_compare" / "compare.txt"), HasSubstr("there is no truth"));
 }
 
 TEST(Drive, ImagesAreRecordedUnlessTheyAreLeftOut) {
@@ -124,8 +130,8 @@ TEST(Drive, IsMappedLiveThroughASerialLine) {
     const std::string program = "'" HYBRID_SLAM_PROGRAM "' ";
     const std::string serve =
         program + "simulate room.yaml --serial scanner --set speed=1.5 --set distance=6 -q >&2 & ";
-    const std::string map =
-        "timeout -s INT 8 " + program + "map --live --lidar scanner --no-camera --out hall --json";
+    const std::string map = "timeout --foreground -s INT 8 " + program +
+                            "map --live --lidar scanner --no-camera --out hall --json";
     const Outcome result = run(folder, "--version >&2; " + serve + map);
     EXPECT_THAT(result.err, HasSubstr("lidar: streaming"));
     const Json summary = result.json();

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <limits>
+
 #include "drawings.hpp"
+#include "error_curves.hpp"
 #include "support/error_of.hpp"
 #include "support/temp_folder.hpp"
 
@@ -117,6 +120,57 @@ TEST(Pictures, SameInputGivesTheSameBytes) {
     picture.accepted.clear();
     draw(picture).write_png(folder / "c.png");
     EXPECT_NE(bytes_of(folder / "a.png"), bytes_of(folder / "c.png"));
+}
+
+Trajectory line_to(double x) {
+    return {{0.0, Pose2d()}, {1.0, Pose2d(0.5 * x, 1.0, 0.0)}, {2.0, Pose2d(x, 0.0, 0.0)}};
+}
+
+std::string bytes_as_png(const Canvas& canvas) {
+    const TempFolder folder;
+    canvas.write_png(folder / "canvas.png");
+    return bytes_of(folder / "canvas.png");
+}
+
+TEST(Pictures, AWayThatLeavesDoesNotShrinkTheOthers) {
+    PathsPicture picture;
+    picture.title = "Ways";
+    picture.truth = line_to(8.0);
+    picture.points = {Point2(-1.0, -1.0), Point2(9.0, 3.0)};
+    picture.paths = {{"right", {0, 0, 200}, line_to(8.0)}};
+    const Canvas calm = draw(picture);
+    picture.paths.push_back({"astray", {200, 0, 0}, line_to(1e7)});
+    const Canvas wild = draw(picture);
+    EXPECT_GE(wild.width(), calm.width());
+    EXPECT_LE(wild.width(), 2000);
+    EXPECT_NE(bytes_as_png(calm), bytes_as_png(wild));
+    EXPECT_EQ(bytes_as_png(wild), bytes_as_png(draw(picture)));
+    picture.truth.clear();
+    picture.points.clear();
+    picture.paths = {{"nothing", {}, {}}};
+    EXPECT_LE(draw(picture).width(), 2000);
+}
+
+ErrorCurves curves_with(double error) {
+    ErrorCurves picture;
+    picture.title = "Errors";
+    picture.curves = {{"small", {0, 0, 200}, {{0.0, 0.01, 0.01}, {9.0, 0.02, 0.0}}},
+                      {"other", {200, 0, 0}, {{0.0, 0.0, 0.0}, {10.0, error, error}}}};
+    picture.bands = {{-5.0, 2.0, "dark"}, {8.0, 99.0, "blurred"}};
+    return picture;
+}
+
+TEST(Pictures, ErrorsOfAnySizeFitOntoTheirAxes) {
+    for (const double error : {0.0, 1e-12, 0.3, 1e9, std::numeric_limits<double>::infinity(),
+                               std::numeric_limits<double>::quiet_NaN()}) {
+        const Canvas canvas = draw(curves_with(error));
+        EXPECT_EQ(canvas.width(), 1500);
+        EXPECT_LT(canvas.height(), 1300);
+    }
+    EXPECT_EQ(bytes_as_png(draw(curves_with(0.3))), bytes_as_png(draw(curves_with(0.3))));
+    EXPECT_NE(bytes_as_png(draw(curves_with(0.3))), bytes_as_png(draw(curves_with(0.4))));
+    ErrorCurves none;
+    EXPECT_EQ(draw(none).width(), 1500);
 }
 
 }  // namespace

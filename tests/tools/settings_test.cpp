@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -41,19 +42,60 @@ TEST(Settings, DefaultFileIsWhatHoldsWithoutAFile) {
         << "to renew it, keep its heading and take the config.yaml of a map made without --config";
 }
 
-TEST(Settings, PlainIcpFileHasTheEffectOfTheComparisonsFirstVariant) {
-    EXPECT_EQ(effect_of("plain_icp.yaml"),
-              to_yaml(with_overrides(Settings{}, tools::comparison_variants().front().overrides)));
+const tools::Variant& named(const std::vector<tools::Variant>& variants, const std::string& name) {
+    const auto found =
+        std::find_if(variants.begin(), variants.end(),
+                     [&](const tools::Variant& variant) { return variant.name == name; });
+    EXPECT_NE(found, variants.end()) << name;
+    return *found;
 }
 
-TEST(Settings, ThesisIsPlainIcpWithAPrior) {
+std::string effect_of(const tools::Variant& variant) {
+    return to_yaml(with_overrides(Settings{}, variant.overrides));
+}
+
+TEST(Settings, PlainIcpFileHasTheEffectOfTheComparisonsFirstVariant) {
+    for (const bool images : {false, true}) {
+        const auto variants = tools::comparison_variants(images);
+        EXPECT_EQ(effect_of("plain_icp.yaml"), effect_of(variants.front()));
+        EXPECT_EQ(variants.front().name, "plain ICP");
+    }
+}
+
+TEST(Settings, ThesisFileHasTheEffectOfTheComparisonsVariant) {
+    const auto variants = tools::comparison_variants(true);
+    EXPECT_EQ(effect_of("thesis.yaml"), effect_of(named(variants, "thesis pipeline")));
+}
+
+TEST(Settings, ThesisIsPlainIcpWithItsPriorAndAGraph) {
     EXPECT_EQ(to_yaml(load_settings(kConfigs / "thesis.yaml", {})),
               to_yaml(load_settings(kConfigs / "plain_icp.yaml",
-                                    {"odometry.prior=wheel", "graph.enabled=true"})));
+                                    {"odometry.prior=visual", "odometry.doubtful_chi2=1e9",
+                                     "vo.method=thesis", "graph.enabled=true"})));
+}
+
+TEST(Settings, LastVariantWithImagesIsTheDefault) {
+    const auto variants = tools::comparison_variants(true);
+    ASSERT_EQ(variants.size(), 6U);
+    EXPECT_EQ(effect_of(variants.back()), to_yaml(Settings{}));
+    EXPECT_EQ(effect_of(variants.back()), effect_of(tools::comparison_variants(false).back()));
+}
+
+TEST(Settings, VisualOdometryAloneAsksNeitherIcpNorGraph) {
+    const auto variants = tools::comparison_variants(true);
+    const Settings thesis = with_overrides({}, named(variants, "VO only, thesis").overrides);
+    const Settings ours = with_overrides({}, named(variants, "VO only").overrides);
+    for (const Settings& settings : {thesis, ours}) {
+        EXPECT_TRUE(tools::uses_images(settings));
+        EXPECT_EQ(settings.slam.odometry.reference, ReferenceKind::kNone);
+        EXPECT_FALSE(settings.slam.graph.enabled);
+    }
+    EXPECT_EQ(thesis.vision.odometry.method, VisualMethod::kThesis);
+    EXPECT_EQ(ours.vision.odometry.method, VisualMethod::kJoint);
 }
 
 TEST(Settings, SeededVariantsKeepTheUsersValues) {
-    const auto variants = tools::comparison_variants();
+    const auto variants = tools::comparison_variants(false);
     ASSERT_EQ(variants.size(), 3U);
     const Settings mine =
         load_settings({}, {"odometry.prior=constant_velocity", "log.range_max=20"});

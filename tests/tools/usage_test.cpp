@@ -52,7 +52,7 @@ TEST(Usage, WrongUsageIsTwoAndOneLine) {
     const TempFolder folder;
     for (const std::string arguments :
          {"", "fly", "map", "map log.clf", "map log.clf --out o --speed 3", "evaluate t.tum",
-          "evaluate t.tum --truth a --relations b", "compare log.clf --out o",
+          "evaluate t.tum --truth a --relations b", "compare log.clf --truth a --relations b",
           "optimize a.g2o --out b.g2o --kernel tukey", "simulate w.yaml --out l.clf --seed x"}) {
         SCOPED_TRACE(arguments);
         const Outcome result = run(folder, arguments);

@@ -36,6 +36,7 @@ struct CarmenLogWriter::State {
     void take(const Scan& scan);
     void take(const WheelOdometry& odometry);
     void take(const Image& /*image*/) {}
+    void take(const VisualMotion& /*motion*/) {}
 
     bool can_infer_fan(const Scan& scan);
     void write_parameter(std::string_view name, double value, double stamp);

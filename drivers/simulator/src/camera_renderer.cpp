@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <string_view>
 
 #include "blocks.hpp"
 #include "film.hpp"
@@ -15,6 +17,10 @@ namespace {
 
 constexpr double kPixelSigma = 0.2887;  ///< pixels, of a square of one pixel: 1 / sqrt(12)
 constexpr unsigned kMostGroupBits = 3;
+/// What comes through around a covered lens, the same for all pixels: gray levels, and one of each
+/// colour.
+constexpr float kCoveredLevel = 3.0F;
+constexpr Texel kGray = 1U | 1U << kFieldBits | 1U << (2 * kFieldBits);
 /// Where the four rays of a group go through the pixel, in half spacings: each column and each row
 /// has one.
 constexpr std::array<std::array<int, 2>, 4> kPlaces = {{{-3, -1}, {-1, 3}, {1, -3}, {3, 1}}};
@@ -58,6 +64,26 @@ int side_bits_of(const CameraModel& model, const CameraMounting& mounting,
     return bits;
 }
 
+void check_spans(std::string_view key, const std::vector<double>& spans) {
+    bool ordered = spans.size() % 2 == 0;
+    for (std::size_t i = 1; i < spans.size(); i += 2) {
+        ordered = ordered && spans[i - 1] < spans[i];
+    }
+    if (!ordered) {
+        throw Error("render." + std::string(key) +
+                    ": must hold pairs of from and to in seconds, from before to");
+    }
+}
+
+bool is_within(const std::vector<double>& spans, double time) {
+    for (std::size_t i = 1; i < spans.size(); i += 2) {
+        if (time >= spans[i - 1] && time < spans[i]) {
+            return true;
+        }
+    }
+    return false;
+}
+
 RenderConfig checked(const RenderConfig& config, const CameraMounting& mounting) {
     RenderConfig copy = config;
     ConfigSchema schema;
@@ -71,6 +97,8 @@ RenderConfig checked(const RenderConfig& config, const CameraMounting& mounting)
     if (config.ceiling_height < config.wall_height) {
         throw Error("ceiling_height: must not be less than wall_height");
     }
+    check_spans("covered", config.covered);
+    check_spans("dimmed", config.dimmed);
     return config;
 }
 
@@ -93,6 +121,7 @@ struct CameraRenderer::State {
     Rays rays_for(const Eigen::Vector3d& twist) const;
     void take_along_motion(const Eigen::Vector2d& smeared, Rays& rays) const;
     void scatter(Rays& rays) const;
+    void paint(const Rays& rays, int block, BlockLight& light);
 
     CameraModel model;
     CameraMounting mounting;
@@ -185,6 +214,16 @@ void CameraRenderer::State::scatter(Rays& rays) const {
     }
 }
 
+void CameraRenderer::State::paint(const Rays& rays, int block, BlockLight& light) {
+    const Exposure exposure{looks, view, rays};
+    const int slot = only_slot(exposure, block);
+    if (slot == Skyline::kNone) {
+        mixed.paint(view, rays, block, light);
+    } else {
+        paint_surface(exposure, block, slot, light);
+    }
+}
+
 CameraRenderer::CameraRenderer(const World& world, const CameraModel& model,
                                const CameraMounting& mounting, const RenderConfig& config,
                                std::uint64_t seed)
@@ -194,7 +233,8 @@ CameraRenderer::CameraRenderer(CameraRenderer&&) noexcept = default;
 CameraRenderer& CameraRenderer::operator=(CameraRenderer&&) noexcept = default;
 
 Image CameraRenderer::render(const Pose2d& world_from_robot, const Eigen::Vector3d& twist,
-                             const std::vector<Circle>& people, std::uint64_t frame) {
+                             const std::vector<Circle>& people, std::uint64_t frame,
+                             const CameraLight& camera_light) {
     State& state = *state_;
     Image image;
     image.width = state.model.width;
@@ -202,22 +242,26 @@ Image CameraRenderer::render(const Pose2d& world_from_robot, const Eigen::Vector
     image.channels = 3;
     image.pixels.resize(static_cast<std::size_t>(image.width * image.height) * 3);
     const Rays rays = state.rays_for(twist);
+    state.looks.brightness = static_cast<float>(camera_light.lamps * state.config.brightness);
     state.view.look(world_from_robot, twist, rays.moments, people);
     state.film.expose(frame, image.height);
-    const Exposure exposure{state.looks, state.view, rays};
     BlockLight light;
+    light.sums.setConstant(kGray);
+    light.gains.setConstant(kCoveredLevel);
     for (int block = 0; block < static_cast<int>(state.lens.blocks.size()); ++block) {
-        const int slot = only_slot(exposure, block);
-        if (slot == Skyline::kNone) {
-            state.mixed.paint(state.view, rays, block, light);
-        } else {
-            paint_surface(exposure, block, slot, light);
+        if (!camera_light.covered) {
+            state.paint(rays, block, light);
         }
         const int column = block % state.lens.blocks_across * kBlock;
         const int row = block / state.lens.blocks_across * kBlock;
         state.film.develop(light, column, row, image);
     }
     return image;
+}
+
+CameraLight camera_light_at(const RenderConfig& config, double time) {
+    constexpr double kDimmed = 0.5;
+    return {is_within(config.dimmed, time) ? kDimmed : 1.0, is_within(config.covered, time)};
 }
 
 }  // namespace hybrid_slam

@@ -13,6 +13,15 @@
 
 namespace hybrid_slam {
 
+/// What the faults of a moment leave of the light.
+struct CameraLight {
+    double lamps = 1.0;    ///< share of what the lamps give
+    bool covered = false;  ///< the lens: nearly black then, whatever is before it
+};
+
+/// By the faults of the config, `time` seconds after the start of the drive.
+CameraLight camera_light_at(const RenderConfig& config, double time);
+
 /// A webcam in a world: a textured floor at z = 0, walls and posts from there to wall_height, a
 /// roof with lamps above. Not for use from several threads at once.
 class CameraRenderer {
@@ -30,7 +39,8 @@ class CameraRenderer {
     /// there at that moment. `frame` is the image's number: its noise depends on it and the seed
     /// alone.
     Image render(const Pose2d& world_from_robot, const Eigen::Vector3d& twist,
-                 const std::vector<Circle>& people, std::uint64_t frame);
+                 const std::vector<Circle>& people, std::uint64_t frame,
+                 const CameraLight& camera_light = {});
 
   private:
     struct State;

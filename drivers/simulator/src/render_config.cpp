@@ -16,6 +16,8 @@ void describe(ConfigSchema& schema, RenderConfig& config) {
     schema.add("shine", config.shine, 0.0, 2.0, "how strongly smooth floor mirrors the lamps");
     schema.add("wall_height", config.wall_height, 0.5, 50.0, "m");
     schema.add("ceiling_height", config.ceiling_height, 0.5, 100.0, "m, at least the wall's");
+    schema.add("covered", config.covered, 0.0, 1e6, "pairs from, to in s: the lens is covered");
+    schema.add("dimmed", config.dimmed, 0.0, 1e6, "pairs from, to in s: half the lamps' light");
     schema.add("jpeg_quality", config.jpeg_quality, 1, 100, "of the encoded images");
 }
 

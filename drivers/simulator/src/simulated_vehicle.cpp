@@ -71,7 +71,8 @@ class SimulatedCamera {
     CameraFrame next() {
         const double time = stamp();
         const Image image = renderer_.render(drive_.world_from_robot(time), drive_.twist(time),
-                                             world_.people_at(time), images_);
+                                             world_.people_at(time), images_,
+                                             camera_light_at(config_.render, time));
         CameraFrame frame{arrival_, encode_jpeg(image, config_.render.jpeg_quality)};
         ++images_;
         draw_arrival();

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/text_file.hpp"
@@ -307,6 +310,24 @@ World WorldFile::read_world() const {
     return world;
 }
 
+/// As on the command line; empty for what is neither a value nor a list of them.
+std::optional<std::string> value_text(const YAML::Node& node) {
+    if (node.IsScalar()) {
+        return node.Scalar();
+    }
+    if (!node.IsSequence()) {
+        return std::nullopt;
+    }
+    std::vector<std::string> items;
+    for (const YAML::Node& item : node) {
+        if (!item.IsScalar()) {
+            return std::nullopt;
+        }
+        items.push_back(item.Scalar());
+    }
+    return fmt::format("[{}]", fmt::join(items, ", "));
+}
+
 template <typename Config>
 void WorldFile::read_section(const char* name, Config& config) const {
     const YAML::Node section = root_[name];
@@ -321,7 +342,8 @@ void WorldFile::read_section(const char* name, Config& config) const {
     describe(schema, config);
     std::vector<std::string> met;
     for (const auto& item : section) {
-        if (!item.first.IsScalar() || !item.second.IsScalar()) {
+        const std::optional<std::string> value = value_text(item.second);
+        if (!item.first.IsScalar() || !value) {
             fail(item.first, name, "must hold lines like 'key: value'");
         }
         if (std::find(met.begin(), met.end(), item.first.Scalar()) != met.end()) {
@@ -329,8 +351,7 @@ void WorldFile::read_section(const char* name, Config& config) const {
         }
         met.push_back(item.first.Scalar());
         try {
-            schema.override_with(std::string(name) + "." + item.first.Scalar() + "=" +
-                                 item.second.Scalar());
+            schema.override_with(std::string(name) + "." + item.first.Scalar() + "=" + *value);
         } catch (const Error& error) {
             throw Error(fmt::format("{}:{}: {}", file_, item.first.Mark().line + 1, error.what()));
         }

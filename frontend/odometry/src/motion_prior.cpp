@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/odometry/motion_prior.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 
 namespace hybrid_slam {
@@ -23,38 +24,66 @@ std::string_view to_string(PriorKind kind) {
             return "constant_velocity";
         case PriorKind::kWheel:
             return "wheel";
+        case PriorKind::kVisual:
+            return "visual";
     }
     return "unknown";
 }
 
-MotionPrior MotionPredictor::predict(const Frame& frame) const {
-    if (config_.kind == PriorKind::kWheel) {
-        if (auto prior = from_wheels(frame)) {
-            return *prior;
-        }
+MotionPrior MotionPredictor::predict(const Frame& frame) {
+    for (const VisualMotion& motion : frame.visual) {
+        visual_.add(motion);
     }
-    if (config_.kind != PriorKind::kNone) {
-        if (auto prior = from_velocity(frame)) {
-            return *prior;
-        }
+    std::optional<MotionPrior> prior;
+    if (config_.kind == PriorKind::kVisual) {
+        prior = from_vision(frame);
     }
-    return {};
+    if (!prior && (config_.kind == PriorKind::kVisual || config_.kind == PriorKind::kWheel)) {
+        prior = from_wheels(frame);
+    }
+    if (!prior && config_.kind != PriorKind::kNone) {
+        prior = from_velocity(frame);
+    }
+    return prior.value_or(MotionPrior());
 }
 
-std::vector<MotionPrior> MotionPredictor::alternatives(const Frame& frame) const {
+std::vector<MotionPrior> MotionPredictor::alternatives(const Frame& frame,
+                                                       const MotionPrior& prior) const {
     std::vector<MotionPrior> starts;
     if (config_.kind == PriorKind::kNone) {
         return starts;
     }
-    starts.push_back(predict(frame));
-    if (auto prior = from_velocity(frame); prior && starts.front().used == PriorKind::kWheel) {
-        starts.push_back(*prior);
+    starts.push_back(prior);
+    if (auto velocity = from_velocity(frame);
+        velocity && prior.used != PriorKind::kConstantVelocity) {
+        starts.push_back(*velocity);
     }
     starts.emplace_back();
     for (MotionPrior& start : starts) {
         start.information.setZero();
     }
     return starts;
+}
+
+std::optional<double> MotionPredictor::visual_lag(const Frame& frame) const {
+    const std::optional<double> newest = visual_.newest();
+    return newest ? std::optional<double>(frame.scan.stamp - *newest) : std::nullopt;
+}
+
+std::optional<MotionPrior> MotionPredictor::from_vision(const Frame& frame) const {
+    if (!stamp_) {
+        return std::nullopt;
+    }
+    const auto motion = visual_.between(*stamp_, frame.scan.stamp, config_.visual_extrapolation);
+    if (!motion) {
+        return std::nullopt;
+    }
+    MotionPrior prior;
+    prior.used = PriorKind::kVisual;
+    prior.before_from_now = motion->from_from_to;
+    prior.information = motion->covariance.inverse();
+    prior.twist = motion->twist;
+    return prior;
 }
 
 std::optional<MotionPrior> MotionPredictor::from_wheels(const Frame& frame) const {
@@ -64,6 +93,9 @@ std::optional<MotionPrior> MotionPredictor::from_wheels(const Frame& frame) cons
     MotionPrior prior;
     prior.used = PriorKind::kWheel;
     prior.before_from_now = between(*odom_from_robot_, *frame.odom_from_robot);
+    if (const double elapsed = stamp_ ? frame.scan.stamp - *stamp_ : 0.0; elapsed > 1e-3) {
+        prior.twist = prior.before_from_now.log() / elapsed;
+    }
     const double distance = prior.before_from_now.translation.norm();
     const double angle = std::abs(prior.before_from_now.heading);
     prior.information =
@@ -83,6 +115,7 @@ std::optional<MotionPrior> MotionPredictor::from_velocity(const Frame& frame) co
     MotionPrior prior;
     prior.used = PriorKind::kConstantVelocity;
     prior.before_from_now = Pose2d::exp(elapsed * *twist_);
+    prior.twist = *twist_;
     const double distance = prior.before_from_now.translation.norm();
     const double angle = std::abs(prior.before_from_now.heading);
     prior.information = information_of(
@@ -99,6 +132,7 @@ void MotionPredictor::update(const Frame& frame, const Pose2d& before_from_now) 
         twist_.reset();
     }
     stamp_ = frame.scan.stamp;
+    visual_.forget_before(*stamp_);
     odom_from_robot_ = frame.odom_from_robot;
 }
 
@@ -117,6 +151,8 @@ void describe(ConfigSchema& schema, MotionPriorConfig& config) {
     schema.add("velocity_rotation_floor", config.velocity_rotation_floor, 1e-4, 3.2, "rad");
     schema.add("velocity_rotation_ratio", config.velocity_rotation_ratio, 0.0, 10.0,
                "share of the angle turned");
+    schema.add("visual_extrapolation", config.visual_extrapolation, 0.0, 10.0,
+               "s, visual odometry is carried on beyond the newest image for so long");
     schema.add("max_gap", config.max_gap, 0.01, 60.0,
                "s, between two scans; a longer one forgets the velocity");
 }

@@ -42,6 +42,8 @@ std::string_view to_string(OdometryStatus status) {
             return "aligned";
         case OdometryStatus::kPriorOnly:
             return "prior_only";
+        case OdometryStatus::kDeadReckoned:
+            return "dead_reckoned";
     }
     return "unknown";
 }
@@ -55,20 +57,18 @@ Odometry::Odometry(const OdometryConfig& config)
 
 OdometryResult Odometry::register_frame(const Frame& frame) {
     const MotionPrior prior = predictor_.predict(frame);
-    const double elapsed = stamp_ ? frame.scan.stamp - *stamp_ : 0.0;
-    const Eigen::Vector3d twist = elapsed > 1e-3
-                                      ? Eigen::Vector3d(prior.before_from_now.log() / elapsed)
-                                      : Eigen::Vector3d::Zero();
     OdometryResult result;
-    result.surface = to_surface(frame.scan, config_.filter, twist);
+    result.visual_lag = predictor_.visual_lag(frame);
+    result.surface = to_surface(frame.scan, config_.filter, prior.twist);
     if (local_from_robot_) {
         locate(frame, prior, result);
     }
     // What saw nothing is no place to come back to; the edge across it grows uncertain instead.
     result.keyframe =
         !local_from_robot_ || (result.surface.size() > 0 && is_keyframe(result.local_from_robot));
-    if (result.keyframe || !local_map_.reference() ||
-        config_.reference == ReferenceKind::kPreviousScan) {
+    if (config_.reference != ReferenceKind::kNone &&
+        (result.keyframe || !local_map_.reference() ||
+         config_.reference == ReferenceKind::kPreviousScan)) {
         const bool all = config_.icp.metric == IcpMetric::kPointToPoint;
         local_map_.insert(
             transform(result.local_from_robot, all ? result.surface : oriented(result.surface)));
@@ -79,7 +79,6 @@ OdometryResult Odometry::register_frame(const Frame& frame) {
     predictor_.update(frame, result.before_from_now);
     local_from_robot_ = result.local_from_robot;
     covariance_ = result.keyframe ? Eigen::Matrix3d::Zero() : result.covariance;
-    stamp_ = frame.scan.stamp;
     return result;
 }
 
@@ -90,7 +89,7 @@ void Odometry::locate(const Frame& frame, MotionPrior prior, OdometryResult& res
             // The prior may lie: some odometry never goes backwards or lags, wheels slip, robots
             // are pushed. But what explains little itself, as when somebody stands before the
             // scanner, is no witness against it.
-            for (const MotionPrior& other : predictor_.alternatives(frame)) {
+            for (const MotionPrior& other : predictor_.alternatives(frame, prior)) {
                 IcpResult icp = align_from(result.surface, other);
                 if (icp.overlap >= config_.doubtful_overlap && better(icp, result.icp)) {
                     result.icp = icp;
@@ -104,54 +103,74 @@ void Odometry::locate(const Frame& frame, MotionPrior prior, OdometryResult& res
         result.status = OdometryStatus::kAligned;
         result.local_from_robot = result.icp.reference_from_points;
     } else {
-        result.status = OdometryStatus::kPriorOnly;
+        result.status = config_.reference == ReferenceKind::kNone ? OdometryStatus::kDeadReckoned
+                                                                  : OdometryStatus::kPriorOnly;
         result.local_from_robot = *local_from_robot_ * prior.before_from_now;
     }
     result.before_from_now = between(*local_from_robot_, result.local_from_robot);
-    result.covariance =
-        covariance_of(result, turned(prior.information, local_from_robot_->rotation()));
+    result.covariance = covariance_of(result, prior);
+}
+
+/// Of where the prior puts the robot, in the axes of local: against the last keyframe, which a
+/// local map holds; against the place before, where scans are aligned one to the next.
+Eigen::Matrix3d Odometry::prior_covariance(const MotionPrior& prior,
+                                           const Pose2d& local_from_robot) const {
+    const Eigen::Matrix3d step =
+        prior.information.isZero(0.0)
+            ? diagonal(kUnknownTranslation, kUnknownRotation)
+            : turned(prior.information.inverse(), local_from_robot_->rotation());
+    return config_.reference == ReferenceKind::kLocalMap
+               ? covariance_carried_to(local_from_robot) + step
+               : step;
+}
+
+Eigen::Matrix3d Odometry::covariance_carried_to(const Pose2d& local_from_robot) const {
+    return swung(covariance_, local_from_robot.translation - local_from_robot_->translation);
 }
 
 Eigen::Matrix3d Odometry::covariance_of(const OdometryResult& result,
-                                        const Eigen::Matrix3d& prior_information) const {
-    const Eigen::Matrix3d before =
-        swung(covariance_, result.local_from_robot.translation - local_from_robot_->translation);
-    const Eigen::Matrix3d step = prior_information.isZero(0.0)
-                                     ? diagonal(kUnknownTranslation, kUnknownRotation)
-                                     : Eigen::Matrix3d(prior_information.inverse());
+                                        const MotionPrior& prior) const {
+    // Scan to scan, errors add up.
+    const Eigen::Matrix3d before = config_.reference == ReferenceKind::kLocalMap
+                                       ? Eigen::Matrix3d::Zero()
+                                       : covariance_carried_to(result.local_from_robot);
+    const Eigen::Matrix3d by_prior = prior_covariance(prior, result.local_from_robot);
     if (!result.icp.usable()) {
-        return before + step;
+        return before + by_prior;
     }
     const Eigen::Matrix3d doubt = result.icp.overlap < config_.doubtful_overlap
                                       ? diagonal(kDoubtfulTranslation, kDoubtfulRotation)
                                       : Eigen::Matrix3d::Zero();
     // The closed form of point to point never looks at the prior.
-    const bool weighed = config_.icp.metric == IcpMetric::kPointToLine;
-    const auto posterior = [&](const Eigen::Matrix3d& prior) -> Eigen::Matrix3d {
-        const Eigen::Matrix3d information =
-            weighed ? Eigen::Matrix3d(result.icp.information + prior.inverse())
-                    : result.icp.information;
-        return information.inverse() + doubt;
-    };
-    // A local map holds the last keyframe: what ICP says is against that. Scan to scan, errors add
-    // up.
-    return config_.reference == ReferenceKind::kLocalMap ? posterior(before + step)
-                                                         : before + posterior(step);
+    const Eigen::Matrix3d information =
+        config_.icp.metric == IcpMetric::kPointToLine
+            ? Eigen::Matrix3d(result.icp.information + by_prior.inverse())
+            : result.icp.information;
+    return before + information.inverse() + doubt;
 }
 
 IcpResult Odometry::align_from(const Surface& surface, const MotionPrior& prior) const {
-    const IcpGuess guess{*local_from_robot_ * prior.before_from_now,
-                         turned(prior.information, local_from_robot_->rotation())};
-    return align(surface, *local_map_.reference(), guess, config_.icp);
+    return align(surface, *local_map_.reference(), guess_from(prior), config_.icp);
+}
+
+/// What is known before looking at the scan: the place before and the motion since, each with its
+/// doubt.
+IcpGuess Odometry::guess_from(const MotionPrior& prior) const {
+    IcpGuess guess(*local_from_robot_ * prior.before_from_now);
+    if (!prior.information.isZero(0.0)) {
+        guess.information = prior_covariance(prior, guess.reference_from_points).inverse();
+    }
+    return guess;
 }
 
 bool Odometry::is_doubtful(const IcpResult& icp, const MotionPrior& prior) const {
     if (!icp.usable() || icp.overlap < config_.doubtful_overlap) {
         return true;
     }
-    const Pose2d found = between(*local_from_robot_, icp.reference_from_points);
-    const Eigen::Vector3d error = difference(found, prior.before_from_now);
-    return error.dot(prior.information * error) > config_.doubtful_chi2;
+    const IcpGuess guess = guess_from(prior);
+    const Eigen::Vector3d error =
+        difference(icp.reference_from_points, guess.reference_from_points);
+    return error.dot(guess.information * error) > config_.doubtful_chi2;
 }
 
 bool Odometry::is_keyframe(const Pose2d& local_from_robot) const {
@@ -164,16 +183,19 @@ void describe(ConfigSchema& schema, OdometryConfig& config) {
     {
         const ConfigSchema::Section section(schema, "odometry");
         schema.add("reference", config.reference,
-                   {{"previous_scan", ReferenceKind::kPreviousScan},
+                   {{"none", ReferenceKind::kNone},
+                    {"previous_scan", ReferenceKind::kPreviousScan},
                     {"local_map", ReferenceKind::kLocalMap}},
-                   "what a scan is aligned to");
+                   "what a scan is aligned to; none: the prior alone moves the robot");
         schema.add("doubtful_chi2", config.doubtful_chi2, 0.1, 1e9,
                    "disagreement with the prior beyond which other starts are tried");
         schema.add("prior", config.prior.kind,
                    {{"none", PriorKind::kNone},
                     {"constant_velocity", PriorKind::kConstantVelocity},
-                    {"wheel", PriorKind::kWheel}},
-                   "where the first guess of a motion comes from");
+                    {"wheel", PriorKind::kWheel},
+                    {"visual", PriorKind::kVisual}},
+                   "where the first guess of a motion comes from; visual falls back to wheel, "
+                   "wheel to constant_velocity");
         schema.add("doubtful_overlap", config.doubtful_overlap, 0.0, 1.0,
                    "share of matched points below which other starts are tried");
     }

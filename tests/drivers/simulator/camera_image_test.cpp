@@ -243,5 +243,62 @@ TEST(CameraImage, FlowsAsTheFloorMoves) {
     }
 }
 
+TEST(CameraImage, FaultsLastFromTheFirstMomentToBeforeTheLast) {
+    RenderConfig config;
+    config.covered = {8.0, 9.0, 2.0, 3.5};
+    config.dimmed = {3.0, 5.0};
+    for (const double time : {0.0, 1.999, 3.5, 7.9, 9.0, 1e5}) {
+        EXPECT_FALSE(camera_light_at(config, time).covered) << time;
+    }
+    for (const double time : {2.0, 3.499, 8.0, 8.9}) {
+        EXPECT_TRUE(camera_light_at(config, time).covered) << time;
+    }
+    EXPECT_EQ(camera_light_at(config, 2.999).lamps, 1.0);
+    EXPECT_EQ(camera_light_at(config, 3.0).lamps, 0.5);
+    EXPECT_EQ(camera_light_at(config, 4.999).lamps, 0.5);
+    EXPECT_EQ(camera_light_at(config, 5.0).lamps, 1.0);
+}
+
+TEST(CameraImage, HalfTheLightHalvesAllLevelsAndTheNextImageIsAsBright) {
+    RenderConfig config = clean();
+    config.brightness = 0.7;  // nothing is overexposed
+    config.shine = 0.3;
+    CameraRenderer renderer(room(5.0, 4.0), sized(320, 240), pitched(15.0), config, 7);
+    const std::vector<Circle> people{{{2.5, 0.5}, 0.3}};
+    const Pose2d pose(-1.0, 0.2, 0.1);
+    Image bright = renderer.render(pose, kStill, people, 0);
+    Image dim = renderer.render(pose, kStill, people, 0, {0.5, false});
+    cv::Mat expected;
+    bgr(bright).convertTo(expected, CV_64F, 0.5);
+    cv::Mat found;
+    bgr(dim).convertTo(found, CV_64F);
+    EXPECT_LE(cv::norm(found, expected, cv::NORM_INF), 0.76) << "rounded twice";
+    EXPECT_GT(cv::mean(gray(bright))[0], 60.0);
+    EXPECT_EQ(renderer.render(pose, kStill, people, 0).pixels, bright.pixels);
+}
+
+TEST(CameraImage, CoveredIsNearlyBlackWithNoiseAndShowsNothing) {
+    const RenderConfig config;
+    CameraRenderer renderer(room(5.0, 4.0), sized(320, 240), pitched(30.0), config, 7);
+    const CameraLight covered{1.0, true};
+    Image seen = renderer.render(kPose, {0.3, 0.0, 0.2}, {}, 4);
+    Image first = renderer.render(kPose, {0.3, 0.0, 0.2}, {}, 4, covered);
+    Image second = renderer.render({2.0, -1.0, 2.0}, kStill, {{{1.0, -1.0}, 0.3}}, 4, covered);
+    EXPECT_EQ(first.pixels, second.pixels) << "of the noise alone";
+    EXPECT_NE(renderer.render(kPose, kStill, {}, 5, covered).pixels, first.pixels);
+    EXPECT_GT(cv::mean(gray(seen))[0], 50.0);
+    cv::Scalar mean;
+    cv::Scalar deviation;
+    cv::meanStdDev(bgr(first), mean, deviation);
+    for (int channel = 0; channel < 3; ++channel) {
+        EXPECT_GT(mean[channel], 1.0);
+        EXPECT_LT(mean[channel], 6.0);
+        EXPECT_GT(deviation[channel], 0.5);
+        EXPECT_LT(deviation[channel], 3.0);
+    }
+    EXPECT_EQ(corners_in(first), 0);
+    EXPECT_EQ(renderer.render(kPose, {0.3, 0.0, 0.2}, {}, 4).pixels, seen.pixels);
+}
+
 }  // namespace
 }  // namespace hybrid_slam::test

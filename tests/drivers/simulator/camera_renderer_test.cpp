@@ -238,6 +238,16 @@ TEST(CameraRenderer, RefusesWhatItCannotRender) {
     config = {};
     config.noise_sigma = -1.0;
     EXPECT_THAT(message(small, config), HasSubstr("noise_sigma"));
+    config = {};
+    config.covered = {1.0, 2.0, 3.0};
+    EXPECT_THAT(message(small, config), HasSubstr("render.covered: must hold pairs"));
+    config.covered = {1.0, 2.0, 4.0, 4.0};
+    EXPECT_THAT(message(small, config), HasSubstr("render.covered: must hold pairs"));
+    config.covered = {4.0, 5.0, 1.0, 2.0};
+    config.dimmed = {2.0, 1.0};
+    EXPECT_THAT(message(small, config), HasSubstr("render.dimmed: must hold pairs"));
+    config.dimmed = {-1.0, 1.0};
+    EXPECT_THAT(message(small, config), HasSubstr("dimmed"));
     CameraModel folded = small;
     folded.k1 = -5.0;
     EXPECT_THAT(message(folded, {}), HasSubstr("distortion"));

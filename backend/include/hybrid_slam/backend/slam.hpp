@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hybrid_slam/backend/keyframe.hpp"
@@ -45,6 +46,7 @@ struct SlamResult {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< against the last keyframe: m2, rad2
     OdometryStatus status = OdometryStatus::kFirst;
     PriorKind prior_used = PriorKind::kNone;
+    std::optional<double> visual_lag;  ///< seconds the scan is newer than the newest image
     IcpResult icp;
     bool keyframe = false;
     std::vector<Closure> closures;  ///< tried in this frame, and earlier ones that these released

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -57,6 +59,33 @@ struct WheelOdometry {
     Pose2d odom_from_robot;
 };
 
-using Measurement = std::variant<Scan, Image, WheelOdometry>;
+/// What visual odometry says of the motion between two images.
+enum class VisualStatus {
+    kFirst,           ///< there is no image before
+    kGood,            ///< the motion is measured
+    kTooDark,         ///< or covered: no usable light, or none of it has any contrast
+    kBlurred,         ///< smeared by motion or out of focus
+    kTooFewFeatures,  ///< too little to follow
+    kGroundHidden,    ///< hardly any floor seen: the way driven is uncertain, the heading is not
+    kInconsistent     ///< what was followed does not move as one rigid scene
+};
+std::string_view to_string(VisualStatus status);
+
+/// The motion of the robot between two consecutive images, by the images alone.
+struct VisualMotion {
+    double from_stamp = 0.0;  ///< seconds, of the image before
+    double stamp = 0.0;       ///< seconds, of this image
+    Pose2d before_from_now;
+    /// Of (x, y, heading) of before_from_now: m2, m rad, rad2.
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    VisualStatus status = VisualStatus::kFirst;
+
+    /// Whether there is a motion at all.
+    bool usable() const {
+        return status == VisualStatus::kGood || status == VisualStatus::kGroundHidden;
+    }
+};
+
+using Measurement = std::variant<Scan, Image, WheelOdometry, VisualMotion>;
 
 }  // namespace hybrid_slam

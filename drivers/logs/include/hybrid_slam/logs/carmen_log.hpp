@@ -77,7 +77,7 @@ class CarmenLog : public Source {
 /// becomes a FLASER line when a reader can infer its fan, else ROBOTLASER1, which the first scan
 /// decides; it carries the newest wheel odometry, or zeros before there is any. WheelOdometry at
 /// the stamp of the scan after it is in the scan's line, any other becomes an ODOM line. No-returns
-/// are written as range_max. Images are left out.
+/// are written as range_max. Images and what came of them are left out.
 class CarmenLogWriter : public Sink {
   public:
     explicit CarmenLogWriter(const std::filesystem::path& file);

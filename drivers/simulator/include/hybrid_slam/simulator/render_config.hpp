@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "hybrid_slam/core/config.hpp"
 
 namespace hybrid_slam {
@@ -20,6 +22,9 @@ struct RenderConfig {
     double wall_height = 3.0;     ///< metres
     double ceiling_height = 6.0;  ///< metres; above the walls the hall goes on
     int jpeg_quality = 85;        ///< of whoever encodes the images
+    /// Faults, as pairs from, to: seconds of the drive.
+    std::vector<double> covered;  ///< something lies over the lens
+    std::vector<double> dimmed;   ///< the lamps give half their light, at once
 };
 
 /// Lists the keys without a section before them.

@@ -12,6 +12,7 @@
 namespace hybrid_slam {
 
 enum class ReferenceKind {
+    kNone,          ///< nothing: the prior alone moves the robot
     kPreviousScan,  ///< the thesis
     kLocalMap
 };
@@ -37,7 +38,8 @@ void describe(ConfigSchema& schema, OdometryConfig& config);
 enum class OdometryStatus {
     kFirst,  ///< nothing to align to yet
     kAligned,
-    kPriorOnly  ///< ICP failed: the motion is the prior's
+    kPriorOnly,    ///< ICP failed: the motion is the prior's
+    kDeadReckoned  ///< ICP was not asked: the motion is the prior's
 };
 std::string_view to_string(OdometryStatus status);
 
@@ -47,6 +49,8 @@ struct OdometryResult {
     Pose2d local_from_robot;
     Pose2d before_from_now;  ///< motion since the frame before
     PriorKind prior_used = PriorKind::kNone;
+    /// Seconds by which the scan is newer than the newest image; empty before the first image.
+    std::optional<double> visual_lag;
     IcpResult icp;
     /// Of (x, y, heading) of local_from_robot against the last keyframe, in the axes of local, by
     /// ICP and prior together; grows with every frame that only the prior carries.
@@ -64,8 +68,11 @@ class Odometry {
 
   private:
     void locate(const Frame& frame, MotionPrior prior, OdometryResult& result) const;
-    Eigen::Matrix3d covariance_of(const OdometryResult& result,
-                                  const Eigen::Matrix3d& prior_information) const;
+    Eigen::Matrix3d covariance_of(const OdometryResult& result, const MotionPrior& prior) const;
+    Eigen::Matrix3d prior_covariance(const MotionPrior& prior,
+                                     const Pose2d& local_from_robot) const;
+    Eigen::Matrix3d covariance_carried_to(const Pose2d& local_from_robot) const;
+    IcpGuess guess_from(const MotionPrior& prior) const;
     IcpResult align_from(const Surface& surface, const MotionPrior& prior) const;
     bool is_doubtful(const IcpResult& icp, const MotionPrior& prior) const;
     bool is_keyframe(const Pose2d& local_from_robot) const;
@@ -76,7 +83,6 @@ class Odometry {
     LocalMap local_map_;
     std::optional<Pose2d> local_from_robot_;
     Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
-    std::optional<double> stamp_;
     Pose2d local_from_keyframe_;
 };
 
