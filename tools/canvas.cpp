@@ -82,7 +82,7 @@ Color mix(const Color& from, const Color& to, double ratio) {
 }
 
 Canvas::Canvas(int width, int height) : state_(std::make_unique<State>()) {
-    cv::setNumThreads(1);  // the same bytes on any machine
+    cv::setNumThreads(1);  // the same bytes on any machine, in tests too
     state_->picture = cv::Mat(height, width, CV_8UC3, cv::Scalar::all(255.0));
     clip_to_all();
 }

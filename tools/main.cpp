@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <opencv2/core/utility.hpp>
 
 #include "commands.hpp"
 #include "messages.hpp"
@@ -84,6 +85,7 @@ int run(int argc, const char* const* argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    cv::setNumThreads(1);  // the same bytes on any machine, and the other cores are the vehicle's
     try {
         return run(argc, argv);
     } catch (const std::bad_alloc&) {

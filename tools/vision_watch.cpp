@@ -86,12 +86,11 @@ void VisionWatch::see(const VisualMotion& motion) {
 }
 
 void VisionWatch::see_scan(const std::optional<double>& lag) {
-    if (vision_.images == 0) {
-        return;
+    if (!lag) {
+        return;  // before the first image
     }
-    // After a long silence of the camera nothing is remembered of its last image.
-    vision_.extrapolated += !lag || *lag > 0.0 ? 1 : 0;
-    vision_.late += !lag || *lag > Vision::kLateImage ? 1 : 0;
+    vision_.extrapolated += *lag > 0.0 ? 1 : 0;
+    vision_.late += *lag > Vision::kLateImage ? 1 : 0;
 }
 
 void VisionWatch::end_spell() {

@@ -56,14 +56,13 @@ std::vector<std::string> warnings_of(const VisualCounts& counts) {
 
 VisualOdometry visual_odometry_of(const CameraConfig& camera, const VisionConfig& config) {
     std::unique_ptr<FloorSegmenter> segmenter;
-    if (!config.segmentation.file.empty()) {
+    if (!config.segmentation.file.empty() && config.odometry.method == VisualMethod::kJoint) {
         segmenter = std::make_unique<DnnFloorSegmenter>(config.segmentation);
     }
     return {camera.model, camera.mounting, config.odometry, std::move(segmenter)};
 }
 
-std::unique_ptr<Input> with_vision(std::unique_ptr<Input> input,
-                                   const VisionConfig& config) {
+std::unique_ptr<Input> with_vision(std::unique_ptr<Input> input, const VisionConfig& config) {
     if (input->camera() == nullptr) {
         return input;
     }

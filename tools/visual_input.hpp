@@ -10,8 +10,7 @@
 namespace hybrid_slam::tools {
 
 /// The input with visual odometry in place of its images; the input itself when it has none.
-std::unique_ptr<Input> with_vision(std::unique_ptr<Input> input,
-                                   const VisionConfig& config);
+std::unique_ptr<Input> with_vision(std::unique_ptr<Input> input, const VisionConfig& config);
 
 /// Throws Error for a camera that cannot be and for a network that cannot be used.
 VisualOdometry visual_odometry_of(const CameraConfig& camera, const VisionConfig& config);

@@ -3,6 +3,12 @@
 
 namespace hybrid_slam {
 
+bool is_consistent(const Image& image) {
+    return image.width > 0 && image.height > 0 && (image.channels == 1 || image.channels == 3) &&
+           image.pixels.size() == static_cast<std::size_t>(image.width) * image.height *
+                                      static_cast<std::size_t>(image.channels);
+}
+
 std::string_view to_string(VisualStatus status) {
     switch (status) {
         case VisualStatus::kFirst:

@@ -22,7 +22,7 @@ constexpr double kAskedHeading_deg = 0.3;
 /// A car nods, its camera is not levelled to the tenth of a degree, and its street is far away.
 const std::vector<std::string>& car_options() {
     static const std::vector<std::string> options{"vo.aim_sigma_deg=2", "vo.tilt_sigma_deg=0.1",
-                                                  "vo.features=300"};
+                                                  "vo.features=600"};
     return options;
 }
 

@@ -109,8 +109,7 @@ void expect_same_motions(const std::vector<VisualMotion>& a, const std::vector<V
 }
 
 TEST(Tape, EachWayIsAsIfItHadLookedAlone) {
-    const std::vector<VisionConfig> ways{way(VisualMethod::kJoint),
-                                                 way(VisualMethod::kThesis)};
+    const std::vector<VisionConfig> ways{way(VisualMethod::kJoint), way(VisualMethod::kThesis)};
     DriveInput input(6, true);
     const Tape tape = tape_of(input, ways);
     EXPECT_EQ(tape.images(), 6U);

@@ -83,7 +83,7 @@ TEST(VisionWatch, LateIsMoreThanExtrapolated) {
                               .scan(-0.02)
                               .scan(0.05)
                               .scan(0.3)
-                              .scan(std::nullopt)  // the camera has been silent for long
+                              .scan(5.0)  // the camera has been silent for long
                               .end();
     EXPECT_EQ(vision.extrapolated, 3U);
     EXPECT_EQ(vision.late, 2U);

@@ -93,14 +93,6 @@ double edge_width_of(const cv::Mat& gray, const CvCorners& corners, const cv::Si
     return widest;
 }
 
-bool is_consistent(const Image& image) {
-    const bool known = image.channels == 1 || image.channels == 3;
-    return known && image.width > 0 && image.height > 0 &&
-           image.pixels.size() == static_cast<std::size_t>(image.width) *
-                                      static_cast<std::size_t>(image.height) *
-                                      static_cast<std::size_t>(image.channels);
-}
-
 }  // namespace
 
 void check(const Chessboard& board) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/odometry/motion_prior.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
 
@@ -81,7 +82,15 @@ std::optional<MotionPrior> MotionPredictor::from_vision(const Frame& frame) cons
     MotionPrior prior;
     prior.used = PriorKind::kVisual;
     prior.before_from_now = motion->from_from_to;
-    prior.information = motion->covariance.inverse();
+    // All steps are too long or too short alike, so that this is a matter of the whole motion.
+    const double scale = config_.visual_scale * motion->from_from_to.translation.norm();
+    Eigen::Matrix3d covariance = motion->covariance;
+    covariance.diagonal().head<2>().array() += scale * scale;
+    const Eigen::LLT<Eigen::Matrix3d> factor(covariance);
+    if (factor.info() != Eigen::Success) {
+        return std::nullopt;  // somebody's motion that claims to be exact
+    }
+    prior.information = factor.solve(Eigen::Matrix3d::Identity());
     prior.twist = motion->twist;
     return prior;
 }
@@ -151,6 +160,8 @@ void describe(ConfigSchema& schema, MotionPriorConfig& config) {
     schema.add("velocity_rotation_floor", config.velocity_rotation_floor, 1e-4, 3.2, "rad");
     schema.add("velocity_rotation_ratio", config.velocity_rotation_ratio, 0.0, 10.0,
                "share of the angle turned");
+    schema.add("visual_scale", config.visual_scale, 0.0, 1.0,
+               "share by which the camera's height and pitch may mislead");
     schema.add("visual_extrapolation", config.visual_extrapolation, 0.0, 10.0,
                "s, visual odometry is carried on beyond the newest image for so long");
     schema.add("max_gap", config.max_gap, 0.01, 60.0,

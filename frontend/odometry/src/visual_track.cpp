@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "hybrid_slam/core/frame.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
@@ -31,6 +32,9 @@ Eigen::Matrix3d drift(double seconds) {
 
 void VisualTrack::add(const VisualMotion& motion) {
     motions_.push_back(motion);
+    if (motions_.size() > FrameAssembler::kMostVisual) {
+        motions_.pop_front();
+    }
     newest_ = motion.stamp;
 }
 
@@ -59,36 +63,52 @@ std::optional<VisualTrack::Motion> VisualTrack::within(double from, double to) c
     return reached >= to ? std::optional<Motion>(motion) : std::nullopt;
 }
 
+/// By the images around a stamp, to both sides of it where there are.
+std::optional<VisualTrack::Motion> VisualTrack::speed_at(double stamp) const {
+    for (const double ahead : {0.5 * kTwistWindow, 0.0}) {
+        const double last = std::min(stamp + ahead, motions_.back().stamp);
+        const double first = std::max(last - kTwistWindow, motions_.front().from_stamp);
+        std::optional<Motion> recent = first < last ? within(first, last) : std::optional<Motion>();
+        if (recent) {
+            recent->twist = recent->from_from_to.log() / (last - first);
+            recent->covariance /= (last - first) * (last - first);
+            return recent;
+        }
+    }
+    // There was no image for so long before: by the one step that holds the stamp.
+    for (const VisualMotion& step : motions_) {
+        if (step.usable() && step.from_stamp < stamp && stamp <= step.stamp) {
+            const double seconds = step.stamp - step.from_stamp;
+            Motion motion;
+            motion.twist = step.before_from_now.log() / seconds;
+            motion.covariance = step.covariance / (seconds * seconds);
+            return motion;
+        }
+    }
+    return std::nullopt;
+}
+
 std::optional<VisualTrack::Motion> VisualTrack::between(double from, double to,
                                                         double most_extrapolation) const {
-    if (motions_.empty() || !(from < to) || !motions_.back().usable()) {
+    if (motions_.empty() || !(from < to)) {
         return std::nullopt;
     }
     const double seen = std::min(to, motions_.back().stamp);
-    const double beyond = to - seen;
-    if (beyond > most_extrapolation) {
+    const double beyond = to - std::max(seen, from);
+    if (to - seen > most_extrapolation) {
         return std::nullopt;
     }
     std::optional<Motion> motion =
         seen > from ? within(from, seen) : std::optional<Motion>(Motion());
-    if (!motion) {
+    const std::optional<Motion> speed = speed_at(seen);
+    if (!motion || !speed) {
         return std::nullopt;
     }
-    // The speed around the end, from images to both sides of it where there are.
-    const double last = std::min(seen + 0.5 * kTwistWindow, motions_.back().stamp);
-    double first = std::max(last - kTwistWindow, motions_.front().from_stamp);
-    std::optional<Motion> recent = within(first, last);
-    if (!recent) {
-        first = motions_.back().from_stamp;
-        recent = within(first, motions_.back().stamp);
-        motion->twist = recent->from_from_to.log() / (motions_.back().stamp - first);
-    } else {
-        motion->twist = recent->from_from_to.log() / (last - first);
-    }
-    if (beyond > 0.0) {
-        const double start = std::max(seen, from);
-        append(*motion, Pose2d::exp((to - start) * motion->twist), drift(beyond));
-        motion->extrapolated = beyond;
+    motion->twist = speed->twist;
+    if (to > seen) {
+        // The speed was doubtful already, and may have changed since the newest image.
+        append(*motion, Pose2d::exp(beyond * speed->twist),
+               beyond * beyond * speed->covariance + drift(to - seen));
     }
     return motion;
 }

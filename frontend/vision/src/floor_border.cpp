@@ -63,7 +63,7 @@ FloorBorder::FloorBorder(const Scan& scan, const Pose2d& image_from_scan,
         if (follows && (point - before).norm() < kOneSurface) {
             const double nearest =
                 std::max(std::min((point - camera).norm(), (before - camera).norm()), kNearest);
-            const int steps = 1 + static_cast<int>((point - before).norm() / (nearest * kBinAngle));
+            const int steps = 2 + static_cast<int>((point - before).norm() / (nearest * kBinAngle));
             for (int k = 1; k < steps; ++k) {
                 mark(before + static_cast<double>(k) / steps * (point - before));
             }

@@ -14,7 +14,7 @@ namespace hybrid_slam {
 class FloorBorder {
   public:
     /// `image_from_scan`: the robot at the stamp of the scan seen from where it is at the image;
-    /// `camera`: metres, in the robot.s frame.
+    /// `camera`: metres, in the robot's frame.
     FloorBorder(const Scan& scan, const Pose2d& image_from_scan, const Eigen::Vector2d& camera);
 
     /// Metres from the camera, along the floor, to what the scan hit in the direction (robot's

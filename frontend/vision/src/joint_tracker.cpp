@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
@@ -46,10 +47,6 @@ void append(ImagePoints& points, const ImagePoints& more) {
     points.insert(points.end(), more.begin(), more.end());
 }
 
-bool is_usable(VisualStatus status) {
-    return status == VisualStatus::kGood || status == VisualStatus::kGroundHidden;
-}
-
 ImagePoints agreed(const VisualTracker::Features& features) {
     ImagePoints points;
     for (const auto& feature : features) {
@@ -70,6 +67,13 @@ Image image_of(const cv::Mat& gray) {
         image.pixels.insert(image.pixels.end(), gray.ptr(row), gray.ptr(row) + gray.cols);
     }
     return image;
+}
+
+void check(const FloorMask& mask, const cv::Mat& image) {
+    if (mask.width != image.cols || mask.height != image.rows ||
+        mask.is_floor.size() != image.total()) {
+        throw Error("a floor mask that is not as large as its image");
+    }
 }
 
 }  // namespace
@@ -125,6 +129,15 @@ VisualMotion JointTracker::track(const Image& image) {
     return motion;
 }
 
+/// What was learned of the camera's aim stays.
+void JointTracker::restart() {
+    key_.reset();
+    before_ = Pyramid();
+    twist_.reset();
+    stamp_.reset();
+    features_.clear();
+}
+
 /// As bright as the key image: what follows features takes them to stay as they are.
 Pyramid JointTracker::pyramid_like_key(const cv::Mat& gray, double stamp) const {
     const double ratio = key_ ? key_->pyramid.mean / std::max(mean_of(gray), 1.0) : 1.0;
@@ -145,6 +158,7 @@ void JointTracker::start_key(Pyramid pyramid, const ImagePoints& kept) {
     std::optional<FloorMask> mask;
     if (segmenter_) {
         mask = segmenter_->segment(image_of(pyramid.image(0)));
+        check(*mask, pyramid.image(0));
     }
     const FloorHints hints{border ? &*border : nullptr, mask ? &*mask : nullptr};
     Key key;
@@ -207,7 +221,6 @@ JointTracker::Look JointTracker::look(const Pyramid& now, const MotionBelief& be
         return found;
     }
     found.motion = solve_motion(camera_, found.sightings, belief);
-    found.motion.information /= kCorrelated;
     found.covariance = (found.motion.information + belief.information).inverse();
     found.status = judge_motion(found.motion, found.sightings.size());
     return found;
@@ -284,7 +297,8 @@ MotionBelief JointTracker::belief_after(double elapsed, const Eigen::Vector3d& t
 }
 
 VisualStatus JointTracker::judge_motion(const SolvedMotion& motion, std::size_t sightings) const {
-    if (static_cast<double>(motion.inliers) < kLeastInlierShare * static_cast<double>(sightings)) {
+    if (static_cast<double>(motion.inliers) < kLeastInlierShare * static_cast<double>(sightings) ||
+        !motion.information.allFinite()) {
         return VisualStatus::kInconsistent;
     }
     const Eigen::Matrix3d covariance =
@@ -301,11 +315,10 @@ VisualStatus JointTracker::judge_motion(const SolvedMotion& motion, std::size_t 
 void JointTracker::report(const Look& look, VisualMotion& motion) const {
     motion.status = look.status;
     motion.before_from_now = between(key_from_before_, look.motion.before_from_now);
-    // Both ends of the step were measured from the key image, each with an error of its own.
+    // Both ends of the step were measured from the key image, each with an error of its own: more
+    // than what is left of it in the sum of several steps.
     motion.covariance =
         turned(look.covariance + covariance_before_, key_from_before_.rotation().transpose());
-    const double scale = config_.scale_sigma * motion.before_from_now.translation.norm();
-    motion.covariance.diagonal().head<2>().array() += scale * scale;
 }
 
 /// What the next image is to start from.
@@ -331,9 +344,8 @@ void JointTracker::adopt(const Look& look, const VisualMotion& motion) {
 /// What a key image and all that followed it say of how the camera really looks.
 void JointTracker::learn_aim(const SolvedMotion& motion) {
     camera_ = camera_.turned_by(motion.aim);
-    const Eigen::Matrix2d covariance =
-        (aim_information_ + motion.aim_information / kCorrelated).inverse() +
-        kAimDrift * kAimDrift * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d covariance = (aim_information_ + motion.aim_information).inverse() +
+                                       kAimDrift * kAimDrift * Eigen::Matrix2d::Identity();
     aim_information_ = covariance.inverse();
 }
 

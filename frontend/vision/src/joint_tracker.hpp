@@ -19,6 +19,7 @@ class JointTracker : public VisualTracker {
 
     void see(const Scan& scan) override { scan_ = scan; }
     VisualMotion track(const Image& image) override;
+    void restart() override;
     const Features& features() const override { return features_; }
 
   private:

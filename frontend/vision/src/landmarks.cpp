@@ -9,7 +9,7 @@ namespace hybrid_slam {
 namespace {
 
 constexpr double kNoInformation = 1e-6;  ///< share of the information across an edge
-constexpr double kFarFloor = 0.35;  ///< metres of floor in one pixel; what lies beyond says little
+constexpr double kFarFloor = 0.15;  ///< metres of floor in one pixel; what lies beyond says little
 constexpr double kFloorSigma = 0.003;     ///< share of the distance: no floor is quite flat
 constexpr double kNearWalls = 0.05;       ///< metres around the border, and
 constexpr double kNearWallsShare = 0.02;  ///< of the distance: at the foot of what stands there
@@ -29,13 +29,14 @@ void place(Landmark& landmark, const CameraOnRobot& camera, const FloorHints& hi
     const double level = direction.head<2>().norm();  // metres along the floor for each of depth
     const double floor = camera.floor_inverse_depth(direction);
     const double distance = level > kNever * floor ? kNever : level / floor;
-    const double grain = distance * distance / (camera.focal_length() * camera.center().z());
+    // Metres of floor in one pixel are so many times the distance.
+    const double grain = distance / (camera.focal_length() * camera.center().z());
     const auto wall = hints.border ? hints.border->distance(direction) : std::nullopt;
     const double margin = wall ? kNearWalls + kNearWallsShare * *wall : 0.0;
     const bool floor_by_mask = !hints.mask || says_floor(*hints.mask, landmark.pixel);
-    if (floor_by_mask && grain < kFarFloor && (!wall || distance < *wall - margin)) {
+    if (floor_by_mask && grain * distance < kFarFloor && (!wall || distance < *wall - margin)) {
         landmark.floor = true;
-        const double sigma = kFloorSigma + pixel_sigma * grain / distance;
+        const double sigma = kFloorSigma + pixel_sigma * grain;
         landmark.belief = {floor, sigma * floor};
     } else if (wall && distance > *wall + margin) {
         const double sigma = kWallSigma + kWallSigmaShare * *wall;

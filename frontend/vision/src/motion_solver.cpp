@@ -20,6 +20,8 @@ constexpr double kInlier = 11.8;                ///< chi2 of 2 degrees of freedo
 /// chi2 that a feature must save by lying elsewhere: what is free to choose its depth fits
 /// more easily.
 constexpr double kElsewherePenalty = 6.0;
+/// Neighbouring features err alike: so many of them say what one would.
+constexpr double kCorrelated = 4.0;
 constexpr double kBehind = 1e6;  ///< chi2 of what should be behind the camera
 
 // What moves in a Gauss-Newton step: x, y, heading, tilt, aim.
@@ -80,12 +82,13 @@ Residual residual_of(const Cameras& cameras, const Sighting& sighting, const Dep
     residual.weight = sighting.information -
                       variance / (1.0 + variance * slide.dot(seen)) * seen * seen.transpose();
     residual.jacobian.leftCols<5>() = prediction.by_motion;
-    residual.jacobian.col(5) =
-        (predict_from(cameras.pitched, sighting, floor, at, motion).now - prediction.now) /
-        Cameras::kAimStep;
-    residual.jacobian.col(6) =
-        (predict_from(cameras.yawed, sighting, floor, at, motion).now - prediction.now) /
-        Cameras::kAimStep;
+    const Prediction pitched = predict_from(cameras.pitched, sighting, floor, at, motion);
+    const Prediction yawed = predict_from(cameras.yawed, sighting, floor, at, motion);
+    residual.jacobian.rightCols<2>().setZero();
+    if (pitched.ahead && yawed.ahead) {
+        residual.jacobian.col(5) = (pitched.now - prediction.now) / Cameras::kAimStep;
+        residual.jacobian.col(6) = (yawed.now - prediction.now) / Cameras::kAimStep;
+    }
     residual.chi2 = residual.error.dot(residual.weight * residual.error);
     const double likely =
         belief.inverse_depth - variance * slide.dot(residual.weight * residual.error);
@@ -127,7 +130,7 @@ NormalEquations sum_up(const CameraOnRobot& camera, std::vector<Sighting>& sight
     NormalEquations sums;
     for (Sighting& sighting : sightings) {
         const Residual residual = judge(cameras, sighting, motion, kernel);
-        const double weight = 1.0 / (1.0 + residual.chi2 / (kernel * kernel));
+        const double weight = 1.0 / (kCorrelated * (1.0 + residual.chi2 / (kernel * kernel)));
         const Eigen::Matrix<double, 7, 2> weighted =
             weight * residual.jacobian.transpose() * residual.weight;
         sums.hessian += weighted * residual.jacobian;

@@ -34,9 +34,9 @@ struct SolvedMotion {
 /// Where a direction of the image before shows on the plane z = 1 of the image now, and how that
 /// changes.
 struct Prediction {
-    Eigen::Vector2d now;
-    Eigen::Matrix<double, 2, 5> by_motion;
-    Eigen::Vector2d by_inverse_depth;
+    Eigen::Vector2d now = Eigen::Vector2d::Zero();
+    Eigen::Matrix<double, 2, 5> by_motion = Eigen::Matrix<double, 2, 5>::Zero();
+    Eigen::Vector2d by_inverse_depth = Eigen::Vector2d::Zero();
     bool ahead = false;  ///< of the camera
 };
 Prediction predict(const CameraOnRobot& camera, const Eigen::Vector3d& before, double inverse_depth,

@@ -52,6 +52,13 @@ VisualMotion ThesisTracker::track(const Image& image) {
     return motion;
 }
 
+void ThesisTracker::restart() {
+    before_ = Pyramid();
+    history_.clear();
+    features_.clear();
+    stamp_.reset();
+}
+
 VisualStatus ThesisTracker::measure(VisualMotion& motion) {
     double heading_variance = 0.0;
     std::size_t sky = 0;

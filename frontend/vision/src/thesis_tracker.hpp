@@ -20,6 +20,7 @@ class ThesisTracker : public VisualTracker {
 
     void see(const Scan& /*scan*/) override {}
     VisualMotion track(const Image& image) override;
+    void restart() override;
     const Features& features() const override { return features_; }
 
   private:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/vision/visual_odometry.hpp"
 
+#include <cmath>
+#include <optional>
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
@@ -12,6 +14,7 @@ namespace hybrid_slam {
 struct VisualOdometry::State {
     int width = 0;
     int height = 0;
+    std::optional<double> newest;  ///< seconds
     std::unique_ptr<VisualTracker> tracker;
 };
 
@@ -55,16 +58,25 @@ void VisualOdometry::see(const Scan& scan) {
 }
 
 bool VisualOdometry::accepts(const Image& image) const {
-    return image.width == state_->width && image.height == state_->height;
+    return is_consistent(image) && image.width == state_->width && image.height == state_->height;
 }
 
 VisualMotion VisualOdometry::track(const Image& image) {
     if (!accepts(image)) {
-        throw Error("an image of " + std::to_string(image.width) + " x " +
+        throw Error("a torn image, or one of " + std::to_string(image.width) + " x " +
                     std::to_string(image.height) + " pixels; the camera model has " +
                     std::to_string(state_->width) + " x " + std::to_string(state_->height));
     }
+    if (!std::isfinite(image.stamp) || (state_->newest && image.stamp <= *state_->newest)) {
+        throw Error("an image whose stamp is not later than that of the one before");
+    }
+    state_->newest = image.stamp;
     return state_->tracker->track(image);
+}
+
+void VisualOdometry::restart() {
+    state_->newest.reset();
+    state_->tracker->restart();
 }
 
 const std::vector<VisualOdometry::Feature>& VisualOdometry::features() const {
@@ -83,8 +95,6 @@ void describe(ConfigSchema& schema, VisualOdometryConfig& config) {
                "m, features are followed for so long");
     schema.add_degrees("keyframe_angle_deg", config.keyframe_angle, 0.0, 90.0, "deg, likewise");
     schema.add("pixel_sigma", config.pixel_sigma, 0.01, 10.0, "pixels, of a followed feature");
-    schema.add("scale_sigma", config.scale_sigma, 0.0, 1.0,
-               "share by which the camera's height and pitch may mislead");
     schema.add_degrees("tilt_sigma_deg", config.tilt_sigma, 0.001, 10.0,
                        "deg, by which the camera nods and rolls");
     schema.add_degrees("aim_sigma_deg", config.aim_sigma, 1e-4, 20.0,

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/vision/visual_source.hpp"
 
-#include "hybrid_slam/core/error.hpp"
+#include <cmath>
+
 #include "hybrid_slam/core/stopwatch.hpp"
 
 namespace hybrid_slam {
+namespace {
+
+/// Seconds; a step back by more is a clock that was set, or that had been far ahead.
+constexpr double kClockSet = 1.0;
+
+}  // namespace
 
 std::optional<Measurement> VisualSource::next() {
     while (true) {
@@ -22,9 +29,12 @@ std::optional<Measurement> VisualSource::next() {
         if (image == nullptr) {
             return measurement;
         }
-        if (newest_ && !(image->stamp > *newest_)) {
+        if (!std::isfinite(image->stamp) || (newest_ && image->stamp <= *newest_)) {
             ++counts_.backward;
-            continue;
+            if (!std::isfinite(image->stamp) || image->stamp > *newest_ - kClockSet) {
+                continue;
+            }
+            odometry_.restart();
         }
         if (!odometry_.accepts(*image)) {
             ++counts_.wrong_size;

@@ -22,6 +22,8 @@ class VisualTracker {
     virtual void see(const Scan& scan) = 0;
     /// Since the image before.
     virtual VisualMotion track(const Image& image) = 0;
+    /// The next image is the first.
+    virtual void restart() = 0;
     /// Of the last image.
     virtual const Features& features() const = 0;
 };

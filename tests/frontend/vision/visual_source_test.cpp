@@ -80,8 +80,16 @@ TEST(VisualSource, ReplacesImagesAndPassesAllElseInOrder) {
     EXPECT_FALSE(source.next().has_value());
 }
 
+TEST(VisualSource, StartsAnewWhenTheClockWasSetBack) {
+    ListSource list({image_at(50), image_at(3), image_at(4), image_at(5)});
+    VisualOdometry odometry(small_camera(), {});
+    VisualSource source(list, odometry);
+    EXPECT_THAT(written(source), ElementsAre("V50", "V3", "V4", "V5"));
+    EXPECT_EQ(source.counts().backward, 1U);
+}
+
 TEST(VisualSource, LeavesOutImagesThatComeBackwardInTimeOrTwice) {
-    ListSource list({image_at(5), image_at(5), image_at(3), scan_at(4), image_at(6),
+    ListSource list({image_at(5), image_at(5), image_at(4.5), scan_at(4), image_at(6),
                      image_at(std::numeric_limits<double>::quiet_NaN()), image_at(7)});
     VisualOdometry odometry(small_camera(), {});
     VisualSource source(list, odometry);

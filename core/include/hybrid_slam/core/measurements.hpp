@@ -53,6 +53,9 @@ struct Image {
     std::vector<std::uint8_t> pixels;  ///< width * height * channels bytes
 };
 
+/// Whether the pixels are as many as width, height and channels say, and these are 1 or 3.
+bool is_consistent(const Image& image);
+
 /// The pose of the robot by its wheels, in a frame that drifts.
 struct WheelOdometry {
     double stamp = 0.0;  ///< seconds
@@ -71,19 +74,23 @@ enum class VisualStatus {
 };
 std::string_view to_string(VisualStatus status);
 
-/// The motion of the robot between two consecutive images, by the images alone.
+/// Whether there is a motion at all.
+inline bool is_usable(VisualStatus status) {
+    return status == VisualStatus::kGood || status == VisualStatus::kGroundHidden;
+}
+
+/// The motion of the robot between two consecutive images, by what the camera sees and by how a
+/// vehicle moves; never by matching scans.
 struct VisualMotion {
     double from_stamp = 0.0;  ///< seconds, of the image before
     double stamp = 0.0;       ///< seconds, of this image
     Pose2d before_from_now;
-    /// Of (x, y, heading) of before_from_now: m2, m rad, rad2.
+    /// Of (x, y, heading) of before_from_now: m2, m rad, rad2. Without what a wrong height or pitch
+    /// of the camera does to all motions alike.
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     VisualStatus status = VisualStatus::kFirst;
 
-    /// Whether there is a motion at all.
-    bool usable() const {
-        return status == VisualStatus::kGood || status == VisualStatus::kGroundHidden;
-    }
+    bool usable() const { return is_usable(status); }
 };
 
 using Measurement = std::variant<Scan, Image, WheelOdometry, VisualMotion>;

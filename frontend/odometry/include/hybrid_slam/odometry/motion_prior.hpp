@@ -30,6 +30,7 @@ struct MotionPriorConfig {
     double velocity_translation_ratio = 1.0;
     double velocity_rotation_floor = 0.05;  ///< radians
     double velocity_rotation_ratio = 1.0;
+    double visual_scale = 0.01;         ///< share by which the camera's height and pitch mislead
     double visual_extrapolation = 0.2;  ///< seconds beyond the newest image, at most
     double max_gap = 1.0;  ///< seconds between two scans; a longer one forgets the velocity
 };
@@ -41,7 +42,7 @@ struct MotionPrior {
     PriorKind used = PriorKind::kNone;
     Pose2d before_from_now;
     Eigen::Matrix3d information =
-        Eigen::Matrix3d::Zero();  ///< of (x, y, heading) of before_from_now
+        Eigen::Matrix3d::Zero();                      ///< of (x, y, heading) of before_from_now
     Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< at the scan, m/s, m/s, rad/s
 };
 

@@ -18,7 +18,6 @@ class VisualTrack {
         Pose2d from_from_to;
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of from_from_to: m2, m rad, rad2
         Eigen::Vector3d twist = Eigen::Vector3d::Zero();       ///< at the end: m/s, m/s, rad/s
-        double extrapolated = 0.0;                             ///< seconds beyond the newest image
     };
 
     /// The motion between two stamps: interpolated between images, and carried on from the newest
@@ -34,6 +33,7 @@ class VisualTrack {
 
   private:
     std::optional<Motion> within(double from, double to) const;
+    std::optional<Motion> speed_at(double stamp) const;
 
     std::deque<VisualMotion> motions_;
     std::optional<double> newest_;  ///< stamp, seconds; stays when its motion is forgotten

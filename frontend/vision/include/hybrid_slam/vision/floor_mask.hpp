@@ -23,7 +23,7 @@ class FloorSegmenter {
     FloorSegmenter& operator=(const FloorSegmenter&) = delete;
     virtual ~FloorSegmenter() = default;
 
-    /// A mask as large as the image.
+    /// A mask as large as the image, which comes in gray and as bright as the one before.
     virtual FloorMask segment(const Image& image) = 0;
 };
 

@@ -25,9 +25,8 @@ struct VisualOdometryConfig {
     double keyframe_distance = 0.25;       ///< metres; features are followed from there
     double keyframe_angle = radians(6.0);  ///< radians
     double pixel_sigma = 0.25;             ///< pixels, of a followed feature
-    double scale_sigma = 0.01;  ///< share by which height and pitch of the camera may mislead
-    double dark = 20.0;         ///< mean gray level below which an image is too dark
-    bool lidar_border = true;   ///< floor and walls told apart by the scan
+    double dark = 20.0;                    ///< mean gray level below which an image is too dark
+    bool lidar_border = true;              ///< floor and walls told apart by the scan
     double tilt_sigma = radians(0.02);  ///< radians, of pitch and roll from one image to the next
     /// Radians by which pitch and yaw of the mounting may be off; learned while driving.
     double aim_sigma = radians(0.05);
@@ -50,12 +49,15 @@ class VisualOdometry {
     /// The newest scan says where floor ends and walls begin, for the images around its stamp.
     void see(const Scan& scan);
 
-    /// Whether the image is as large as the camera model says.
+    /// Whether the image is whole and as large as the camera model says.
     bool accepts(const Image& image) const;
 
-    /// The motion since the image before. Gray or BGR; throws Error for an image of another size
-    /// than the camera model's.
+    /// The motion since the image before. Gray or BGR; throws Error for an image that is torn or of
+    /// another size than the camera model's, and for a stamp that is not later than the last one.
     VisualMotion track(const Image& image);
+
+    /// Forgets all images: the next one is the first again, at whatever time.
+    void restart();
 
     /// What was followed in the image of the last call, for pictures and counts.
     struct Feature {

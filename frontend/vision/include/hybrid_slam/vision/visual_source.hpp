@@ -11,8 +11,10 @@ namespace hybrid_slam {
 
 struct VisualCounts {
     std::uint64_t images = 0;
-    std::uint64_t backward = 0;    ///< images stamped no later than the one before: left out
-    std::uint64_t wrong_size = 0;  ///< not as large as the camera model says: left out
+    /// Images stamped no later than the one before: left out, but for one more than a second back,
+    /// from which vision starts anew.
+    std::uint64_t backward = 0;
+    std::uint64_t wrong_size = 0;  ///< torn, or not as large as the camera model says: left out
     std::map<VisualStatus, std::uint64_t> statuses;
     double seconds = 0.0;  ///< of computing
 };
