@@ -80,7 +80,7 @@ Json photos_json(const BoardPhotos& photos, const CameraCalibration& result) {
     Json list = Json::array();
     for (const BoardPhoto& photo : photos.photos()) {
         list.push_back({{"file", photo.name}, {"used", photo.usable()}});
-        if (!photo.corners.empty()) {
+        if (photo.edge_width > 0.0) {
             list.back()["edge_width_px"] = rounded(photo.edge_width);
         }
         if (!photo.usable()) {
@@ -203,6 +203,7 @@ void add_calibrate_camera_command(CLI::App& calibrate, Action& action) {
                                        "'");
         }
         options->board = *board;
+        check_picture(options->picture, options->out, options->photos);
         action = [options] { return run_camera(*options); };
     });
 }

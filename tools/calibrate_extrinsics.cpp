@@ -282,13 +282,14 @@ RobotConfig robot_before(const ExtrinsicsOptions& options) {
 
 void warn_of_scale(const ExtrinsicsResult& result) {
     constexpr double kWorthIt = 0.01;
-    const double off = std::abs(result.visual_scale - 1.0);
-    if (off > kWorthIt && off > 2.0 * result.sigma(Extrinsic::kScale)) {
+    const double off = result.ways_too_long().value_or(0.0);
+    if (std::abs(off) > kWorthIt &&
+        std::abs(result.visual_scale - 1.0) > 2.0 * result.sigma(Extrinsic::kScale)) {
         print_warning(fmt::format(
             "the camera sees ways {:.1f} % too {}: its height or pitch is wrong; as it looks now "
             "it is {:.3f} +- {:.3f} times as high as camera.mounting.z says. Run 'hybrid-slam "
             "calibrate ground', then this again",
-            100.0 * off, result.visual_scale > 1.0 ? "short" : "long", result.visual_scale,
+            100.0 * std::abs(off), off > 0.0 ? "long" : "short", result.visual_scale,
             result.sigma(Extrinsic::kScale)));
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -87,6 +88,30 @@ std::vector<FloorPoint> points_of(const GroundOptions& options, const CameraMode
                        options.tile);
 }
 
+/// Throws Error for a result that no camera on a vehicle can have.
+void check_plausible(const GroundOptions& options, const CameraModel& model,
+                     const GroundCalibration& ground) {
+    constexpr double kMostError = 5.0 / 640.0;  // of the width
+    constexpr double kMostHeight = 20.0;        // metres
+    const double most_error = kMostError * model.width;
+    const CameraMounting& found = ground.mounting;
+    if (!(ground.rms <= most_error)) {
+        throw Error(fmt::format(
+            "{}: the corners are {:.1f} pixels off, {:.1f} are allowed: {}, or the camera is "
+            "another one",
+            options.image.string(), ground.rms, most_error,
+            options.board ? "the board is bent" : "not those of a square tile"));
+    }
+    if (!(found.z > 0.0 && found.z <= kMostHeight) ||
+        !(std::abs(found.roll) <= radians(45.0) && std::abs(found.pitch) <= radians(85.0))) {
+        throw Error(fmt::format(
+            "{}: the camera would be {:.2f} m high, {:.1f} deg down and {:.1f} deg clockwise, but "
+            "at most {:.0f} m, 85 deg and 45 deg can be: check the corners and the size",
+            options.image.string(), found.z, degrees(found.pitch), degrees(found.roll),
+            kMostHeight));
+    }
+}
+
 std::vector<std::string> warnings_of(const GroundOptions& options,
                                      const GroundCalibration& ground) {
     constexpr double kMostError = 2.0;  // pixels
@@ -157,6 +182,7 @@ int run_ground(const GroundOptions& options) {
     const Image image = read_floor(options, camera.model);
     const std::vector<FloorPoint> points = points_of(options, camera.model, image);
     const GroundCalibration ground = calibrate_ground(camera.model, points);
+    check_plausible(options, camera.model, ground);
     if (options.robot_from_patch && ground.cornerwise()) {
         throw Error(
             "the tile lies cornerwise before the camera, so that --tile-pose could mean "
@@ -262,6 +288,7 @@ void add_calibrate_ground_command(CLI::App& calibrate, Action& action) {
     command->footer(kFooter);
     command->callback([options, &action] {
         take_apart(*options);
+        check_picture(options->picture, options->out, {options->image});
         action = [options] { return run_ground(*options); };
     });
 }

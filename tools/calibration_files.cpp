@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
+#include "commands.hpp"
 #include "hybrid_slam/camera/image_codec.hpp"
 #include "hybrid_slam/core/config.hpp"
 #include "hybrid_slam/core/error.hpp"
@@ -29,6 +32,24 @@ bool is_image(const std::filesystem::path& file) {
         }
     }
     return false;
+}
+
+bool is_png(const std::filesystem::path& file) {
+    constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+    std::string start(kSignature.size(), '\0');
+    return std::filesystem::is_regular_file(file) &&
+           std::ifstream(file, std::ios::binary).read(start.data(), kSignature.size()) &&
+           start == kSignature;
+}
+
+/// By whatever names, and whether or not they are there.
+bool are_same(const std::filesystem::path& a, const std::filesystem::path& b) {
+    std::error_code missing;
+    // Absolute first: of a relative name none of which is there, nothing would be resolved.
+    const auto resolved = [&](const std::filesystem::path& file) {
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(file), missing);
+    };
+    return std::filesystem::equivalent(a, b, missing) || resolved(a) == resolved(b);
 }
 
 template <typename Described>
@@ -74,6 +95,29 @@ std::vector<std::filesystem::path> photos_in(const std::vector<std::filesystem::
         files.insert(files.end(), inside.begin(), inside.end());
     }
     return files;
+}
+
+void check_picture(const std::filesystem::path& picture, const std::filesystem::path& out,
+                   const std::vector<std::filesystem::path>& photos) {
+    if (picture.empty()) {
+        return;
+    }
+    if (are_same(picture, out)) {
+        throw CLI::ValidationError("--picture: is the same file as --out");
+    }
+    if (!std::filesystem::exists(picture)) {
+        return;
+    }
+    for (const std::filesystem::path& photo : photos_in(photos)) {
+        if (are_same(picture, photo)) {
+            throw CLI::ValidationError("--picture: " + photo.string() +
+                                       " is one of the photos, and is not replaced");
+        }
+    }
+    if (!is_png(picture)) {
+        throw CLI::ValidationError("--picture: " + picture.string() +
+                                   " is there and no PNG, so it is not replaced");
+    }
 }
 
 std::vector<double> parse_numbers(std::string_view text, std::size_t count) {

@@ -20,6 +20,11 @@ Image read_photo(const std::filesystem::path& file);
 /// The files that were named; in place of a folder the images in it, by name.
 std::vector<std::filesystem::path> photos_in(const std::vector<std::filesystem::path>& paths);
 
+/// Throws CLI::ValidationError when --picture is one of the photos, or in a folder of them and read
+/// as one, is the same file as --out, or would replace what is no PNG. Empty: none is drawn.
+void check_picture(const std::filesystem::path& picture, const std::filesystem::path& out,
+                   const std::vector<std::filesystem::path>& photos);
+
 /// "9x6" as columns and rows of inner corners; empty when it is none.
 std::optional<Chessboard> parse_board(std::string_view text, double square);
 

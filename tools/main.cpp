@@ -22,7 +22,8 @@ constexpr auto kFooter = R"(Examples:
 Results go to standard output, messages and the progress bar to standard error.
 Exit codes: 0 done, 1 bad input or another failure, 2 wrong usage,
             3 interrupted by Ctrl-C or SIGTERM, with everything up to there saved,
-            4 a recording that is not fit for mapping (info).
+            4 a recording that is not fit for mapping (info), or a drive not fit for
+              calibration (calibrate extrinsics).
 )";
 
 void describe_program(CLI::App& program, Action& action) {
@@ -44,7 +45,8 @@ void describe_program(CLI::App& program, Action& action) {
 
 int usage_error(const CLI::App& program, const CLI::ParseError& error) {
     std::string command = "hybrid-slam";
-    for (const CLI::App* chosen : program.get_subcommands()) {
+    for (const CLI::App* chosen = &program; !chosen->get_subcommands().empty();) {
+        chosen = chosen->get_subcommands().front();
         command += " " + chosen->get_name();
     }
     print_error(std::string(error.what()) + " (see '" + command + " --help')");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings.hpp"
 
+#include "hybrid_slam/core/error.hpp"
+
 namespace hybrid_slam::tools {
 namespace {
 
@@ -27,6 +29,11 @@ void describe_map(ConfigSchema& schema, OccupancyGridConfig& map) {
 
 // What one key's range cannot say. Before a session rather than after it.
 void check(const Settings& settings) {
+    const VisualOdometry vision({}, {}, settings.vision.odometry);
+    const OdometryConfig& odometry = settings.slam.odometry;
+    if (odometry.reference == ReferenceKind::kNone && odometry.prior.kind == PriorKind::kNone) {
+        throw Error("odometry.reference and odometry.prior: not both may be none");
+    }
     const Slam slam(settings.slam);
     GridGeometry geometry;
     geometry.width = 1;

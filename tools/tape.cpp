@@ -98,6 +98,11 @@ Tape::Tape(Input& input, const std::vector<VisionConfig>& ways, Progress& progre
     }
     input_counts_ = input.counts();
     warnings_ = input.warnings();
+    if (!counts_.empty()) {
+        // All ways have met the same images.
+        const std::vector<std::string> more = warnings_of(counts_.front());
+        warnings_.insert(warnings_.end(), more.begin(), more.end());
+    }
 }
 
 std::uint64_t Tape::images() const {

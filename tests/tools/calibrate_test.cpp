@@ -278,6 +278,12 @@ TEST(CalibrateGround, TellsWhatIsWrong) {
               "hybrid-slam: mounting.yaml: key 'camera.model': is missing\n");
     EXPECT_THAT(complaint("floor.pgm" + tile + "--corners 10,290 200,290 390,290 200,200", 1),
                 HasSubstr("the four corners do not look like a tile"));
+    EXPECT_THAT(complaint("floor.pgm" + tile + "--corners 10,290 130,290 260,290 390,290", 1),
+                HasSubstr("the four corners do not look like a tile"));
+    EXPECT_THAT(complaint("floor.pgm" + tile + "--corners 10,290 390,200 380,20 200,10", 1),
+                HasSubstr("hybrid-slam: floor.pgm: the corners are "));
+    EXPECT_THAT(complaint("floor.pgm --camera camera.yaml --tile 60 " + floor.corners(), 1),
+                HasSubstr("floor.pgm: the camera would be 125.00 m high, 25.0 deg down"));
     EXPECT_THAT(complaint("camera.yaml" + tile + floor.corners(), 1),
                 HasSubstr("camera.yaml: is no image"));
     EXPECT_THAT(complaint("floor.pgm" + tile + "--corners 1,2 3,4 5,6", 2), HasSubstr("--corners"));
@@ -288,6 +294,45 @@ TEST(CalibrateGround, TellsWhatIsWrong) {
     EXPECT_THAT(complaint("floor.pgm --camera camera.yaml", 2),
                 HasSubstr("either --tile or --board"));
     EXPECT_THAT(complaint("floor.pgm --camera camera.yaml --board 7x5", 2), HasSubstr("--square"));
+}
+
+TEST(CalibrateGround, RefusesACameraThatIsTiltedTooFar) {
+    const TempFolder folder;
+    Floor floor;
+    floor.mounting.roll = radians(50.0);
+    floor.write(folder);
+    const Outcome outcome =
+        run(folder, "calibrate ground floor.pgm --camera camera.yaml --tile 0.6 " +
+                        floor.corners() + " --out new.yaml --picture p.png");
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("25.0 deg down and 50.0 deg clockwise"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "new.yaml"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "p.png"));
+}
+
+TEST(CalibrateGround, ThePictureReplacesNothingElse) {
+    const TempFolder folder;
+    const Floor floor;
+    floor.write(folder);
+    const std::string before = bytes_of(folder / "floor.pgm");
+    const std::string ground = "calibrate ground floor.pgm --camera camera.yaml --tile 0.6 " +
+                               floor.corners() + " --out new.yaml --picture ";
+    const Outcome photo = run(folder, ground + "./floor.pgm");
+    EXPECT_EQ(photo.code, 2);
+    EXPECT_THAT(photo.err, HasSubstr("--picture: floor.pgm is one of the photos"));
+    EXPECT_THAT(photo.err, HasSubstr("(see 'hybrid-slam calibrate ground --help')"));
+    EXPECT_EQ(bytes_of(folder / "floor.pgm"), before);
+    EXPECT_THAT(run(folder, ground + "./new.yaml").err, HasSubstr("is the same file as --out"));
+    EXPECT_THAT(run(folder, ground + "camera.yaml").err,
+                HasSubstr("camera.yaml is there and no PNG, so it is not replaced"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "new.yaml"));
+    run_well(folder, ground + "floor.png");
+    run_well(folder, ground + "floor.png");
+    const Outcome inside = run(folder,
+                               "calibrate camera . --board 7x5 --square 0.03 --out c.yaml "
+                               "--picture floor.png");
+    EXPECT_EQ(inside.code, 2);
+    EXPECT_THAT(inside.err, HasSubstr("floor.png is one of the photos"));
 }
 
 TEST(CalibrateGround, RefusesATilePoseThatCouldMeanTwoThings) {

@@ -83,14 +83,32 @@ CvCorners refined(const cv::Mat& gray, const CvCorners& rough, const cv::Size& p
     return corners;
 }
 
+/// Pixels from corner to corner on average, of the narrower of the two directions.
+double mean_spacing(const CvCorners& corners, const cv::Size& pattern) {
+    double along = 0.0;
+    double down = 0.0;
+    for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
+        along += i % pattern.width > 0 ? cv::norm(corners[i] - corners[i - 1]) : 0.0;
+        down += i >= pattern.width ? cv::norm(corners[i] - corners[i - pattern.width]) : 0.0;
+    }
+    return std::min(along / ((pattern.width - 1) * pattern.height),
+                    down / ((pattern.height - 1) * pattern.width));
+}
+
+/// Zero when it cannot be measured.
 double edge_width_of(const cv::Mat& gray, const CvCorners& corners, const cv::Size& pattern) {
+    constexpr double kLeastSpacing = 10.0;
+    constexpr double kNotMeasured = 9999.0;  // of OpenCV
+    if (mean_spacing(corners, pattern) < kLeastSpacing) {
+        return 0.0;  // not even tried: OpenCV would complain on standard output
+    }
     double widest = 0.0;
     for (const bool vertical : {false, true}) {
         const cv::Scalar sharpness =
             cv::estimateChessboardSharpness(gray, pattern, corners, 0.8F, vertical);
         widest = std::max(widest, sharpness[0]);
     }
-    return widest;
+    return widest < kNotMeasured ? widest : 0.0;
 }
 
 }  // namespace
@@ -140,6 +158,10 @@ std::string BoardPhotos::refusal_of(const Image& image,
                                     const std::optional<BoardSight>& sight) const {
     if (!sight) {
         return fmt::format("no board of {} x {} inner corners", board_.columns, board_.rows);
+    }
+    if (!(sight->edge_width > 0.0)) {
+        return "the board is too small: the sharpness of squares below 10 pixels cannot be "
+               "measured";
     }
     const double most =
         most_edge_width_ * std::max(1.0, std::max(image.width, image.height) / 640.0);

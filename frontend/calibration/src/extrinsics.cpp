@@ -141,6 +141,15 @@ std::string_view to_string(Extrinsic extrinsic) {
     return "unknown";
 }
 
+std::optional<double> ExtrinsicsResult::ways_too_long() const {
+    constexpr double kMostSigma = 0.05;
+    const double deviation = sigma(Extrinsic::kScale);
+    if (!fit() || !(visual_scale > 0.0) || !(deviation <= kMostSigma)) {
+        return std::nullopt;
+    }
+    return 1.0 / visual_scale - 1.0;
+}
+
 ExtrinsicsResult calibrate_extrinsics(const ExtrinsicsDrive& drive,
                                       const ExtrinsicsConfig& config) {
     check(config);

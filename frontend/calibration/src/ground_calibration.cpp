@@ -207,20 +207,33 @@ double cross(const Vector2& a, const Vector2& b) {
     return a.x() * b.y() - a.y() * b.x();
 }
 
+constexpr auto kNoTile =
+    "the four corners do not look like a tile: three of them lie on one line, "
+    "or one lies between the others";
+
 /// Throws Error unless the corners, in this order, go around a figure without dents.
 void check_convex(const std::array<Vector2, 4>& corners) {
-    double size = 0.0;
-    for (std::size_t i = 0; i < 4; ++i) {
-        size = std::max(size, (corners[i] - corners[(i + 1) % 4]).norm());
-    }
     for (std::size_t i = 0; i < 4; ++i) {
         const Vector2 before = corners[(i + 1) % 4] - corners[i];
         const Vector2 behind = corners[(i + 2) % 4] - corners[(i + 1) % 4];
-        // Turning the other way, or not at all.
-        if (!(cross(before, behind) < -1e-4 * size * size)) {
-            throw Error(
-                "the four corners do not look like a tile: three of them lie on one line, "
-                "or one lies between the others");
+        if (!(cross(before, behind) < 0.0)) {
+            throw Error(kNoTile);
+        }
+    }
+}
+
+/// Throws Error when any three corners lie on a line but for clicks that are a little off. Both in
+/// the image and undistorted: each bends the lines of the other, which then pass for a tile.
+void check_no_line(const std::array<Vector2, 4>& corners) {
+    constexpr double kLeastHeight = 0.01;  // of the longest side of a triangle
+    for (std::size_t left_out = 0; left_out < 4; ++left_out) {
+        const Vector2& a = corners[(left_out + 1) % 4];
+        const Vector2 ab = corners[(left_out + 2) % 4] - a;
+        const Vector2 ac = corners[(left_out + 3) % 4] - a;
+        const double square =
+            std::max({ab.squaredNorm(), ac.squaredNorm(), (ac - ab).squaredNorm()});
+        if (!(std::abs(cross(ab, ac)) > kLeastHeight * square)) {
+            throw Error(kNoTile);
         }
     }
 }
@@ -279,14 +292,18 @@ std::vector<FloorPoint> tile_points(const CameraModel& model, const std::vector<
     // Counter-clockwise as they are seen, which is also what they are from above.
     std::sort(around.begin(), around.end());
     std::array<Vector2, 4> ordered;
+    std::array<Vector2, 4> seen;
     std::vector<FloorPoint> points;
     const std::array<Vector2, 4> floor{Vector2(0.5, -0.5), Vector2(0.5, 0.5), Vector2(-0.5, 0.5),
                                        Vector2(-0.5, -0.5)};
     for (std::size_t i = 0; i < 4; ++i) {
         ordered[i] = rays[around[i].second];
+        seen[i] = corners[around[i].second];
         points.push_back({corners[around[i].second], side * floor[i]});
     }
     check_convex(ordered);
+    check_no_line(ordered);
+    check_no_line(seen);
     return points;
 }
 

@@ -82,8 +82,10 @@ std::optional<MotionPrior> MotionPredictor::from_vision(const Frame& frame) cons
     MotionPrior prior;
     prior.used = PriorKind::kVisual;
     prior.before_from_now = motion->from_from_to;
-    // All steps are too long or too short alike, so that this is a matter of the whole motion.
-    const double scale = config_.visual_scale * motion->from_from_to.translation.norm();
+    // All steps are too long or too short alike, and turns swing the camera alike, so that this is
+    // a matter of the whole motion.
+    const double scale = config_.visual_scale * motion->from_from_to.translation.norm() +
+                         config_.visual_lever * std::abs(motion->from_from_to.heading);
     Eigen::Matrix3d covariance = motion->covariance;
     covariance.diagonal().head<2>().array() += scale * scale;
     const Eigen::LLT<Eigen::Matrix3d> factor(covariance);
@@ -162,6 +164,8 @@ void describe(ConfigSchema& schema, MotionPriorConfig& config) {
                "share of the angle turned");
     schema.add("visual_scale", config.visual_scale, 0.0, 1.0,
                "share by which the camera's height and pitch may mislead");
+    schema.add("visual_lever", config.visual_lever, 0.0, 10.0,
+               "m, by which the camera may sit elsewhere than it is said to");
     schema.add("visual_extrapolation", config.visual_extrapolation, 0.0, 10.0,
                "s, visual odometry is carried on beyond the newest image for so long");
     schema.add("max_gap", config.max_gap, 0.01, 60.0,

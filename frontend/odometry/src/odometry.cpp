@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/odometry/odometry.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -16,7 +18,9 @@ namespace {
 constexpr double kDoubtfulTranslation = 0.1;        // metres
 constexpr double kDoubtfulRotation = radians(3.0);  // radians
 constexpr double kUnknownTranslation = 0.5;         // metres
-constexpr double kUnknownRotation = 0.5;            // radians
+constexpr double kDoubtMemory = 0.1;      // share of the newest scan in the doubt about vision
+constexpr double kMostDoubt = 1000.0;     // by a single scan
+constexpr double kUnknownRotation = 0.5;  // radians
 
 Eigen::Matrix3d diagonal(double translation, double rotation) {
     return Eigen::Vector3d(translation * translation, translation * translation,
@@ -56,7 +60,8 @@ Odometry::Odometry(const OdometryConfig& config)
                      : config.local_map) {}
 
 OdometryResult Odometry::register_frame(const Frame& frame) {
-    const MotionPrior prior = predictor_.predict(frame);
+    const MotionPrior claimed = predictor_.predict(frame);
+    const MotionPrior prior = doubted(claimed);
     OdometryResult result;
     result.visual_lag = predictor_.visual_lag(frame);
     result.surface = to_surface(frame.scan, config_.filter, prior.twist);
@@ -76,6 +81,10 @@ OdometryResult Odometry::register_frame(const Frame& frame) {
     if (result.keyframe) {
         local_from_keyframe_ = result.local_from_robot;
     }
+    if (claimed.used == PriorKind::kVisual && result.icp.usable()) {
+        visual_doubt_ += kDoubtMemory * (contradiction(claimed, result.icp) - visual_doubt_);
+    }
+    result.visual_doubt = visual_doubt_;
     predictor_.update(frame, result.before_from_now);
     local_from_robot_ = result.local_from_robot;
     covariance_ = result.keyframe ? Eigen::Matrix3d::Zero() : result.covariance;
@@ -147,6 +156,32 @@ Eigen::Matrix3d Odometry::covariance_of(const OdometryResult& result,
             ? Eigen::Matrix3d(result.icp.information + by_prior.inverse())
             : result.icp.information;
     return before + information.inverse() + doubt;
+}
+
+/// What has been wrong lately is believed less.
+MotionPrior Odometry::doubted(MotionPrior prior) const {
+    if (prior.used == PriorKind::kVisual && visual_doubt_ > 1.0) {
+        prior.information /= visual_doubt_;
+    }
+    return prior;
+}
+
+/// chi2 for each degree of freedom of the difference between where the scan alone and the prior
+/// alone put the robot.
+double Odometry::contradiction(const MotionPrior& prior, const IcpResult& icp) const {
+    const IcpGuess guess = guess_from(prior);
+    const IcpGuess used = guess_from(doubted(prior));
+    const Eigen::LLT<Eigen::Matrix3d> scan(icp.information);
+    if (config_.icp.metric != IcpMetric::kPointToLine || scan.info() != Eigen::Success) {
+        return 0.0;
+    }
+    // The result is between the two: the scan's own optimum lies as far beyond as the prior pulled.
+    const Eigen::Vector3d moved =
+        difference(icp.reference_from_points, guess.reference_from_points);
+    const Eigen::Vector3d apart = moved + scan.solve(used.information * moved);
+    const Eigen::Matrix3d covariance =
+        guess.information.inverse() + scan.solve(Eigen::Matrix3d::Identity());
+    return std::min(apart.dot(covariance.inverse() * apart) / 3.0, kMostDoubt);
 }
 
 IcpResult Odometry::align_from(const Surface& surface, const MotionPrior& prior) const {

@@ -39,6 +39,9 @@ VisualOdometry::VisualOdometry(const CameraModel& model, const CameraMounting& m
     describe(schema, checked);
     describe(schema, checked_model);
     describe(schema, checked_mounting);
+    if (config.least_features > config.features) {
+        throw Error("vo.least_features: must not exceed vo.features");
+    }
     state_->width = model.width;
     state_->height = model.height;
     const CameraOnRobot camera(model, mounting);

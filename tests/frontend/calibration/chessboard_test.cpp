@@ -150,6 +150,24 @@ TEST(BoardPhotos, RefusesByNameAndReason) {
     EXPECT_FALSE(photos.photos()[2].usable());
 }
 
+/// Squares of 8 and of 14 pixels.
+TEST(BoardPhotos, RefusesABoardTooSmallForItsSharpness) {
+    const Chessboard board{3, 3, 0.03};
+    const BoardRenderer small(small_camera(), board);
+    BoardPhotos photos(board);
+    testing::internal::CaptureStdout();
+    const BoardPhoto far =
+        photos.add("far.png", small.render(board_at(board, {0, 0, 1.4}, {0, 0, 0})));
+    EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+    EXPECT_EQ(
+        far.refusal,
+        "the board is too small: the sharpness of squares below 10 pixels cannot be measured");
+    EXPECT_EQ(far.edge_width, 0.0);
+    EXPECT_EQ(far.corners.size(), 9U);
+    EXPECT_TRUE(
+        photos.add("near.png", small.render(board_at(board, {0, 0, 0.8}, {0, 0, 0}))).usable());
+}
+
 TEST(BoardPhotos, TheLimitOfBlurCanBeSet) {
     const Image soft = blurred(upright_view(), 4);
     BoardPhotos lenient(kBoard, 20.0);

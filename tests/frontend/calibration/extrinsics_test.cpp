@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "support/error_of.hpp"
 #include "support/pose_matchers.hpp"
 #include "synthetic_drive.hpp"
@@ -260,6 +262,29 @@ TEST(Extrinsics, SameInputSameBits) {
     const ExtrinsicsResult b = calibrate_extrinsics(drive);
     EXPECT_EQ(a.robot_from_camera.vector(), b.robot_from_camera.vector());
     EXPECT_EQ(a.sigmas, b.sigmas);
+}
+
+TEST(Extrinsics, SaysHowMuchTooLongWaysAreSeen) {
+    ExtrinsicsResult result;
+    result.visual_scale = 0.805;
+    double& sigma = result.sigmas[static_cast<std::size_t>(Extrinsic::kScale)];
+    sigma = 0.01;
+    ASSERT_TRUE(result.ways_too_long());
+    EXPECT_NEAR(*result.ways_too_long(), 0.242, 0.001);
+    result.visual_scale = 1.25;
+    EXPECT_NEAR(*result.ways_too_long(), -0.2, 1e-12);
+    for (const double useless : {0.06, std::nan("")}) {
+        sigma = useless;
+        EXPECT_FALSE(result.ways_too_long());
+    }
+    sigma = 0.01;
+    for (const double useless : {0.0, -0.8, std::nan("")}) {
+        result.visual_scale = useless;
+        EXPECT_FALSE(result.ways_too_long());
+    }
+    result.visual_scale = 0.805;
+    result.missing.emplace_back("no images");
+    EXPECT_FALSE(result.ways_too_long()) << "of a drive that is refused";
 }
 
 TEST(Extrinsics, ConfigOutOfRangeIsAnError) {

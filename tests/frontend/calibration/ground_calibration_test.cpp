@@ -285,6 +285,24 @@ TEST(TilePoints, RefusesWhatIsNoTile) {
     EXPECT_EQ(refusal({{200, 400}, {300, 400}, {400, 400}, {300, 300}}, 0.6), no_tile);
     EXPECT_EQ(refusal({{200, 400}, {400, 400}, {300, 350}, {300, 200}}, 0.6), no_tile);
     EXPECT_EQ(refusal({{200, 400}, {200, 400}, {400, 400}, {300, 300}}, 0.6), no_tile);
+    for (std::size_t i = 0; i < 4; ++i) {  // whichever it is that lies between the others
+        std::vector<Pixel> three = good;
+        three[i] = 0.5 * (good[(i + 1) % 4] + good[(i + 2) % 4]) + Pixel(0.0, 0.5);
+        EXPECT_EQ(refusal(three, 0.6), no_tile);
+    }
+    EXPECT_EQ(refusal({{100, 400}, {200, 400}, {300, 400}, {400, 400}}, 0.6), no_tile);
+    // Off the middle, distortion bends a line into something convex.
+    for (const double k1 : {-0.3, 0.3}) {
+        CameraModel bending;
+        bending.k1 = k1;
+        const std::vector<Pixel> line{{100, 450}, {250, 450}, {400, 450}, {550, 450}};
+        EXPECT_EQ(error_of([&] { tile_points(bending, line, 0.6); }), no_tile);
+        std::vector<Pixel> bent;
+        for (const double x : {-0.4, -0.15, 0.15, 0.4}) {
+            bent.push_back(*bending.project({x, 0.35, 1.0}));
+        }
+        EXPECT_EQ(error_of([&] { tile_points(bending, bent, 0.6); }), no_tile);
+    }
     CameraModel barrel;
     barrel.k1 = -0.5;
     barrel.k2 = 0.0;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -60,6 +61,9 @@ struct ExtrinsicsResult {
     /// What the drive lacks, in words for whoever drove; empty: the result may be used.
     std::vector<std::string> missing;
     bool fit() const { return missing.empty(); }
+    /// Share by which the camera sees ways too long (negative: too short), which is what a wrong
+    /// height does. Empty when the drive tells too little of the scale, or of anything.
+    std::optional<double> ways_too_long() const;
 
     int iterations = 0;
     bool converged = false;

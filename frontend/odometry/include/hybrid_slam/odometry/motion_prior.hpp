@@ -31,6 +31,7 @@ struct MotionPriorConfig {
     double velocity_rotation_floor = 0.05;  ///< radians
     double velocity_rotation_ratio = 1.0;
     double visual_scale = 0.01;         ///< share by which the camera's height and pitch mislead
+    double visual_lever = 0.03;         ///< metres by which the camera may sit elsewhere
     double visual_extrapolation = 0.2;  ///< seconds beyond the newest image, at most
     double max_gap = 1.0;  ///< seconds between two scans; a longer one forgets the velocity
 };

@@ -51,6 +51,10 @@ struct OdometryResult {
     PriorKind prior_used = PriorKind::kNone;
     /// Seconds by which the scan is newer than the newest image; empty before the first image.
     std::optional<double> visual_lag;
+    /// By how much scans and visual priors contradict each other lately, beyond what both claim: 1
+    /// and less is as it should be; the prior's covariance is widened by it. Much more speaks of a
+    /// camera that is mounted otherwise than it is said to be.
+    double visual_doubt = 0.0;
     IcpResult icp;
     /// Of (x, y, heading) of local_from_robot against the last keyframe, in the axes of local, by
     /// ICP and prior together; grows with every frame that only the prior carries.
@@ -73,6 +77,8 @@ class Odometry {
                                      const Pose2d& local_from_robot) const;
     Eigen::Matrix3d covariance_carried_to(const Pose2d& local_from_robot) const;
     IcpGuess guess_from(const MotionPrior& prior) const;
+    MotionPrior doubted(MotionPrior prior) const;
+    double contradiction(const MotionPrior& prior, const IcpResult& icp) const;
     IcpResult align_from(const Surface& surface, const MotionPrior& prior) const;
     bool is_doubtful(const IcpResult& icp, const MotionPrior& prior) const;
     bool is_keyframe(const Pose2d& local_from_robot) const;
@@ -84,6 +90,7 @@ class Odometry {
     std::optional<Pose2d> local_from_robot_;
     Eigen::Matrix3d covariance_ = Eigen::Matrix3d::Zero();
     Pose2d local_from_keyframe_;
+    double visual_doubt_ = 0.0;
 };
 
 }  // namespace hybrid_slam
