@@ -61,12 +61,13 @@ bool is_inside(const cv::Point2f& point, const cv::Mat& image) {
 }  // namespace
 
 cv::Mat gray_of(const Image& image) {
-    auto* pixels = const_cast<std::uint8_t*>(image.pixels.data());  // cv::Mat knows no const
+    cv::Mat pixels(image.height, image.width, image.channels == 1 ? CV_8UC1 : CV_8UC3);
+    std::copy(image.pixels.begin(), image.pixels.end(), pixels.data);
     if (image.channels == 1) {
-        return {image.height, image.width, CV_8UC1, pixels};
+        return pixels;
     }
     cv::Mat gray;
-    cv::cvtColor(cv::Mat(image.height, image.width, CV_8UC3, pixels), gray, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(pixels, gray, cv::COLOR_BGR2GRAY);
     return gray;
 }
 
@@ -144,8 +145,10 @@ Eigen::Matrix2d structure_at(const cv::Mat& slopes, const cv::Point2f& center) {
 double noise_energy(const cv::Mat& slopes) {
     std::vector<double> energies;
     for (int i = 0; i < kNoiseBlocks * kNoiseBlocks; ++i) {
-        const auto x = static_cast<float>((i % kNoiseBlocks + 0.5) * slopes.cols / kNoiseBlocks);
-        const auto y = static_cast<float>((i / kNoiseBlocks + 0.5) * slopes.rows / kNoiseBlocks);
+        const int column = i % kNoiseBlocks;
+        const int row = i / kNoiseBlocks;
+        const auto x = static_cast<float>((column + 0.5) * slopes.cols / kNoiseBlocks);
+        const auto y = static_cast<float>((row + 0.5) * slopes.rows / kNoiseBlocks);
         energies.push_back(0.5 * structure_at(slopes, {x, y}).trace());
     }
     const auto place =

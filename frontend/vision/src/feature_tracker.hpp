@@ -36,7 +36,7 @@ struct Pyramid {
     }
 };
 
-/// The image in gray; shares the pixels of a gray one.
+/// The image in gray.
 cv::Mat gray_of(const Image& image);
 
 /// `gain` scales the gray levels: what follows features between two images takes them to be

@@ -205,7 +205,7 @@ JointTracker::Look JointTracker::find_motion(const Pyramid& now, double elapsed)
 }
 
 /// Floor is in sight, but hardly any of it agrees.
-bool JointTracker::floor_is_lost(const Look& look) const {
+bool JointTracker::floor_is_lost(const Look& look) {
     const auto floor = static_cast<std::size_t>(
         std::count_if(look.sightings.begin(), look.sightings.end(),
                       [](const Sighting& sighting) { return sighting.floor; }));
@@ -296,7 +296,7 @@ MotionBelief JointTracker::belief_after(double elapsed, const Eigen::Vector3d& t
     return belief;
 }
 
-VisualStatus JointTracker::judge_motion(const SolvedMotion& motion, std::size_t sightings) const {
+VisualStatus JointTracker::judge_motion(const SolvedMotion& motion, std::size_t sightings) {
     if (static_cast<double>(motion.inliers) < kLeastInlierShare * static_cast<double>(sightings) ||
         !motion.information.allFinite()) {
         return VisualStatus::kInconsistent;

@@ -48,8 +48,8 @@ class JointTracker : public VisualTracker {
     ImagePoints guesses(const Pose2d& key_from_now) const;
     MotionBelief belief_after(double elapsed, const Eigen::Vector3d& twist,
                               double speed_sigma) const;
-    VisualStatus judge_motion(const SolvedMotion& motion, std::size_t sightings) const;
-    bool floor_is_lost(const Look& look) const;
+    static VisualStatus judge_motion(const SolvedMotion& motion, std::size_t sightings);
+    static bool floor_is_lost(const Look& look);
     bool worn_out(const Look& look) const;
 
     void report(const Look& look, VisualMotion& motion) const;

@@ -284,7 +284,6 @@ TEST(FeatureTracker, TakesGrayAndColor) {
     image.height = 1;
     image.pixels = {10, 200};
     const cv::Mat same = gray_of(image);
-    EXPECT_EQ(same.data, image.pixels.data()) << "not a copy";
     image.channels = 3;
     image.pixels = {90, 90, 90, 0, 0, 255};
     const cv::Mat gray = gray_of(image);
