@@ -283,7 +283,7 @@ TEST(FeatureTracker, TakesGrayAndColor) {
     image.width = 2;
     image.height = 1;
     image.pixels = {10, 200};
-    const cv::Mat same = gray_of(image);
+    EXPECT_EQ(gray_of(image).at<std::uint8_t>(0, 1), 200);
     image.channels = 3;
     image.pixels = {90, 90, 90, 0, 0, 255};
     const cv::Mat gray = gray_of(image);
