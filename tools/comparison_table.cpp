@@ -54,6 +54,7 @@ std::vector<bool> best_of(const std::vector<Cell>& cells, Better better) {
         }
     }
     std::vector<bool> marks;
+    marks.reserve(cells.size());
     for (const Cell& cell : cells) {
         marks.push_back(best != nullptr && better != Better::kNeither && cell.text == best->text);
     }

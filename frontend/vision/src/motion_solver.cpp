@@ -29,9 +29,9 @@ using State = Eigen::Matrix<double, 7, 1>;
 using Information = Eigen::Matrix<double, 7, 7>;
 
 struct Residual {
-    Eigen::Vector2d error;
-    Eigen::Matrix2d weight;
-    Eigen::Matrix<double, 2, 7> jacobian;
+    Eigen::Vector2d error = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d weight = Eigen::Matrix2d::Zero();
+    Eigen::Matrix<double, 2, 7> jacobian = Eigen::Matrix<double, 2, 7>::Zero();
     double chi2 = 0.0;
     double inverse_depth = 0.0;  ///< the most likely one
 };
@@ -57,6 +57,19 @@ Prediction predict_from(const CameraOnRobot& camera, const Sighting& sighting, b
                    motion.before_from_now, motion.tilt);
 }
 
+/// How a prediction changes with the aim, by differences.
+template <typename Predict>
+Eigen::Matrix2d by_aim(const Cameras& cameras, const Prediction& middle, const Predict& predicted) {
+    const Prediction pitched = predicted(cameras.pitched);
+    const Prediction yawed = predicted(cameras.yawed);
+    Eigen::Matrix2d derivative = Eigen::Matrix2d::Zero();
+    if (pitched.ahead && yawed.ahead) {
+        derivative.col(0) = (pitched.now - middle.now) / Cameras::kAimStep;
+        derivative.col(1) = (yawed.now - middle.now) / Cameras::kAimStep;
+    }
+    return derivative;
+}
+
 /// The inverse depth is marginalised: what it could be is noise along the epipolar line. Linearised
 /// at `at`, which is carried from one iteration to the next.
 Residual residual_of(const Cameras& cameras, const Sighting& sighting, const DepthBelief& belief,
@@ -64,9 +77,6 @@ Residual residual_of(const Cameras& cameras, const Sighting& sighting, const Dep
     const Prediction prediction = predict_from(cameras.middle, sighting, floor, at, motion);
     Residual residual;
     if (!prediction.ahead) {
-        residual.error.setZero();
-        residual.weight.setZero();
-        residual.jacobian.setZero();
         residual.chi2 = kBehind;
         residual.inverse_depth = belief.inverse_depth;
         return residual;
@@ -82,13 +92,10 @@ Residual residual_of(const Cameras& cameras, const Sighting& sighting, const Dep
     residual.weight = sighting.information -
                       variance / (1.0 + variance * slide.dot(seen)) * seen * seen.transpose();
     residual.jacobian.leftCols<5>() = prediction.by_motion;
-    const Prediction pitched = predict_from(cameras.pitched, sighting, floor, at, motion);
-    const Prediction yawed = predict_from(cameras.yawed, sighting, floor, at, motion);
-    residual.jacobian.rightCols<2>().setZero();
-    if (pitched.ahead && yawed.ahead) {
-        residual.jacobian.col(5) = (pitched.now - prediction.now) / Cameras::kAimStep;
-        residual.jacobian.col(6) = (yawed.now - prediction.now) / Cameras::kAimStep;
-    }
+    residual.jacobian.rightCols<2>() =
+        by_aim(cameras, prediction, [&](const CameraOnRobot& camera) {
+            return predict_from(camera, sighting, floor, at, motion);
+        });
     residual.chi2 = residual.error.dot(residual.weight * residual.error);
     const double likely =
         belief.inverse_depth - variance * slide.dot(residual.weight * residual.error);
