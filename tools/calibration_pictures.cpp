@@ -44,7 +44,7 @@ void draw_floor_line(Canvas& canvas, const GroundPicture& picture, const Point2&
                             pixel->y() > -0.5 * picture.model.height &&
                             pixel->y() < 1.5 * picture.model.height;
         if (inside) {
-            seen.push_back(*pixel + Pixel(0.0, kHead));
+            seen.emplace_back(*pixel + Pixel(0.0, kHead));
         } else {
             draw();
         }

@@ -71,9 +71,10 @@ Eigen::Matrix2d by_aim(const Cameras& cameras, const Prediction& middle, const P
 }
 
 /// The inverse depth is marginalised: what it could be is noise along the epipolar line. Linearised
-/// at `at`, which is carried from one iteration to the next.
+/// at the depth found in the iteration before.
 Residual residual_of(const Cameras& cameras, const Sighting& sighting, const DepthBelief& belief,
-                     bool floor, double at, const SolvedMotion& motion) {
+                     bool floor, const SolvedMotion& motion) {
+    const double at = sighting.inverse_depth;
     const Prediction prediction = predict_from(cameras.middle, sighting, floor, at, motion);
     Residual residual;
     if (!prediction.ahead) {
@@ -108,12 +109,11 @@ Residual judge(const Cameras& cameras, Sighting& sighting, const SolvedMotion& m
                double kernel) {
     // While the kernel is wide nobody is to leave what is believed of him for a first guess's sake.
     const double penalty = kElsewherePenalty * kernel * kernel / (kKernel * kKernel);
-    const double at = sighting.inverse_depth;
-    Residual residual = residual_of(cameras, sighting, sighting.belief, sighting.floor, at, motion);
+    Residual residual = residual_of(cameras, sighting, sighting.belief, sighting.floor, motion);
     sighting.on_floor = sighting.floor;
     if (residual.chi2 > penalty) {
         const Residual free =
-            residual_of(cameras, sighting, DepthBelief::anywhere(), false, at, motion);
+            residual_of(cameras, sighting, DepthBelief::anywhere(), false, motion);
         if (free.chi2 + penalty < residual.chi2) {
             residual = free;
             residual.chi2 += penalty;
