@@ -51,9 +51,10 @@ Examples:
   hybrid-slam calibrate extrinsics drive1/ --robot config/robots/forklift.yaml --out forklift.yaml --json
 )";
 
-/// The drive is gone through again from the corrected file: what is floor in an image, and how much
-/// a feature weighs, depends on where the camera is thought to be.
-constexpr int kPasses = 2;
+/// The drive is gone through again from the corrected file until little changes: what is floor in
+/// an image, and which way is not sideways, depends on where the camera is thought to be.
+constexpr int kMostPasses = 4;
+constexpr double kSettled = 1.0;  ///< sigmas by which a pass may still have moved something
 
 struct Outcome {
     ExtrinsicsResult result;
@@ -314,18 +315,27 @@ void print_outcome(const ExtrinsicsOptions& options, const Outcome& outcome,
                              options.out.string()));
 }
 
+bool settled(const std::vector<Parameter>& parameters) {
+    return std::all_of(parameters.begin(), parameters.end(), [](const Parameter& p) {
+        return std::abs(p.after - p.before) < kSettled * p.sigma;
+    });
+}
+
 /// Empty when interrupted. Later passes are in vain where the first one did not fit.
 std::optional<Outcome> estimate(const ExtrinsicsOptions& options, const Settings& settings,
                                 RobotConfig& robot) {
     std::optional<Outcome> outcome;
-    for (int pass = 1; pass <= kPasses; ++pass) {
-        Progress progress(fmt::format("{} {}/{}", name_of(options.drive), pass, kPasses),
+    for (int pass = 1; pass <= kMostPasses; ++pass) {
+        Progress progress(fmt::format("{}, pass {}", name_of(options.drive), pass),
                           options.common.quiet);
         outcome = Pass(options.drive, robot, settings).run(progress);
         if (!outcome || !outcome->result.fit()) {
             return outcome;
         }
-        robot = corrected(robot, outcome->result);
+        const RobotConfig before = std::exchange(robot, corrected(robot, outcome->result));
+        if (settled(parameters_of(before, robot, outcome->result))) {
+            break;
+        }
     }
     return outcome;
 }
