@@ -122,13 +122,13 @@ class Pass {
     }
 
     std::vector<std::string> warnings() const {
-        const VisualCounts& counts = source_.counts();
         std::vector<Loss> losses = losses_of(sensors_.counts());
         losses.push_back({reader_.damaged_bytes(), "", "damaged bytes of the recording"});
         losses.push_back({outcome_.unaligned, "", "scans that fit nowhere"});
-        losses.push_back({counts.backward, "", "images stamped no later than the one before"});
-        losses.push_back({counts.wrong_size, "", "images of another size than the camera model's"});
-        return warnings_of(losses);
+        std::vector<std::string> warnings = warnings_of(losses);
+        const std::vector<std::string> of_images = warnings_of(source_.counts());
+        warnings.insert(warnings.end(), of_images.begin(), of_images.end());
+        return warnings;
     }
 
     RecordingReader reader_;

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <set>
 
+#include "hybrid_slam/core/uncertainty.hpp"
 #include "odometry_drive.hpp"
 #include "support/pose_matchers.hpp"
 
@@ -171,6 +172,54 @@ TEST(Odometry, BlindFramesWithoutAPriorAreAStandstillOfUnknownExtent) {
         EXPECT_GT(uncertainty(found.results[i]), uncertainty(found.results[i - 1]) + 0.1);
         EXPECT_TRUE(found.results[i].covariance.allFinite());
     }
+}
+
+/// A drive with images of which those before frame `until` tell ways that are `factor` as long.
+std::vector<Frame> with_a_stretched_camera(const Drive& drive, double factor, std::size_t until) {
+    std::vector<Frame> frames = with_images(drive.frames, drive.truth, 0.001);
+    for (std::size_t i = 0; i < until; ++i) {
+        for (VisualMotion& motion : frames[i].visual) {
+            motion.before_from_now.translation *= factor;
+        }
+    }
+    return frames;
+}
+
+/// Variance of where the prior alone puts the robot against the frame before: x and y together.
+double variance_of_step(const Outcome& found, std::size_t blind) {
+    const OdometryResult& before = found.results[blind - 1];
+    const OdometryResult& now = found.results[blind];
+    const Eigen::Matrix3d carried = swung(
+        before.covariance, now.local_from_robot.translation - before.local_from_robot.translation);
+    return (now.covariance - carried).topLeftCorner<2, 2>().trace();
+}
+
+TEST(Odometry, VisionThatContradictsTheScansIsDoubtedAndBelievedLess) {
+    constexpr std::size_t kBlind = 60;
+    Drive drive;
+    const double stamp = drive.frames[kBlind].scan.stamp;
+    drive.frames[kBlind].scan = blind_scan();
+    drive.frames[kBlind].scan.stamp = stamp;
+    const OdometryConfig config = config_of(PriorKind::kVisual);
+    const Outcome agreeing =
+        follow(config, with_a_stretched_camera(drive, 1.0, kBlind), drive.truth);
+    const Outcome contradicting =
+        follow(config, with_a_stretched_camera(drive, 1.5, kBlind), drive.truth);
+    for (std::size_t i = 0; i < agreeing.results.size(); ++i) {
+        ASSERT_LT(agreeing.results[i].visual_doubt, 1.5) << i;
+    }
+    ASSERT_LE(agreeing.results[kBlind - 1].visual_doubt, 1.0) << "else it counted below";
+    const double doubt = contradicting.results[kBlind - 1].visual_doubt;
+    EXPECT_GT(doubt, 5.0);
+    EXPECT_LT(contradicting.worst, 0.01) << "the scans are still right";
+    ASSERT_EQ(contradicting.results[kBlind].status, OdometryStatus::kPriorOnly);
+    ASSERT_EQ(contradicting.results[kBlind].prior_used, PriorKind::kVisual);
+    EXPECT_FALSE(contradicting.results[kBlind].keyframe ||
+                 contradicting.results[kBlind - 1].keyframe);
+    // In the blind frame both cameras tell the same, so that doubt alone makes the difference.
+    EXPECT_NEAR(variance_of_step(contradicting, kBlind) / variance_of_step(agreeing, kBlind), doubt,
+                1e-6 * doubt);
+    EXPECT_LT(contradicting.results.back().visual_doubt, 0.1 * doubt) << "it is right again";
 }
 
 class OdometryThatStartsBlind : public ::testing::TestWithParam<PriorKind> {};

@@ -103,15 +103,10 @@ void check_model(CameraModel model, const IntrinsicDeviations& deviations) {
         ConfigSchema schema;
         describe(schema, model);  // holds it to the ranges of a file
     } catch (const Error& error) {
-        throw Error(
-            fmt::format("the boards determine no camera ({}): turn and tilt the board "
-                        "differently in each photo",
-                        error.what()));
+        throw Error(fmt::format("the boards determine no camera ({}): {}", error.what(), kTurnIt));
     }
     if (!told) {
-        throw Error(
-            "the boards do not determine the focal length: turn and tilt the board "
-            "differently in each photo");
+        throw Error(std::string("the boards do not determine the focal length: ") + kTurnIt);
     }
 }
 

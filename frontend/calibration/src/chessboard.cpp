@@ -16,10 +16,8 @@ namespace {
 using CvCorners = std::vector<cv::Point2f>;
 
 cv::Mat gray_of(const Image& image) {
-    // OpenCV takes bytes to read from and to write to alike; these are only read.
-    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
-    auto* const pixels = const_cast<std::uint8_t*>(image.pixels.data());
-    const cv::Mat whole(image.height, image.width, image.channels == 1 ? CV_8UC1 : CV_8UC3, pixels);
+    cv::Mat whole(image.height, image.width, CV_8UC(image.channels));
+    std::copy(image.pixels.begin(), image.pixels.end(), whole.data);
     if (image.channels == 1) {
         return whole;
     }

@@ -98,11 +98,7 @@ std::string shape_text(const cv::Mat& blob) {
 }
 
 cv::Mat bgr_of(const Image& image) {
-    const bool known = image.channels == 1 || image.channels == 3;
-    if (!known || image.width <= 0 || image.height <= 0 ||
-        image.pixels.size() != static_cast<std::size_t>(image.width) *
-                                   static_cast<std::size_t>(image.height) *
-                                   static_cast<std::size_t>(image.channels)) {
+    if (!is_consistent(image)) {
         throw Error("segmentation: the image is neither gray nor BGR, or has not its pixels");
     }
     cv::Mat bgr(image.height, image.width, CV_8UC(image.channels));

@@ -12,7 +12,10 @@ namespace hybrid_slam {
 class CameraOnRobot {
   public:
     CameraOnRobot(const CameraModel& model, const CameraMounting& mounting)
-        : model_(model), mounting_(mounting), robot_from_camera_(mounting.robot_from_camera()) {}
+        : model_(model),
+          mounting_(mounting),
+          robot_from_camera_(mounting.robot_from_camera()),
+          camera_from_robot_(robot_from_camera_.inverse()) {}
 
     /// The same camera with its pitch and yaw (radians) changed.
     CameraOnRobot turned_by(const Eigen::Vector2d& pitch_and_yaw) const {
@@ -27,13 +30,9 @@ class CameraOnRobot {
     Eigen::Vector3d center() const { return robot_from_camera_.translation(); }
     Eigen::Matrix3d robot_from_camera() const { return robot_from_camera_.linear(); }
 
-    /// Through a pixel, as long as its z in the camera is 1.
-    std::optional<Eigen::Vector3d> direction(const Pixel& pixel) const {
-        const auto ray = model_.ray(pixel);
-        if (!ray) {
-            return std::nullopt;
-        }
-        return Eigen::Vector3d(robot_from_camera_.linear() * *ray);
+    /// Through a place on the plane z = 1 of the camera, and as long.
+    Eigen::Vector3d direction(const Eigen::Vector2d& ray) const {
+        return robot_from_camera_.linear() * ray.homogeneous();
     }
 
     /// Inverse depth (along the optical axis) at which a direction meets the floor; not positive
@@ -44,13 +43,14 @@ class CameraOnRobot {
 
     /// Where a point shows; empty behind the camera.
     std::optional<Pixel> project(const Eigen::Vector3d& point) const {
-        return model_.project(robot_from_camera_.inverse() * point);
+        return model_.project(camera_from_robot_ * point);
     }
 
   private:
     CameraModel model_;
     CameraMounting mounting_;
     Eigen::Isometry3d robot_from_camera_;
+    Eigen::Isometry3d camera_from_robot_;
 };
 
 }  // namespace hybrid_slam

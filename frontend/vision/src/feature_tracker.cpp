@@ -78,6 +78,7 @@ double mean_of(const cv::Mat& gray) {
 Pyramid make_pyramid(const cv::Mat& gray, double gain, double stamp) {
     Pyramid pyramid;
     pyramid.stamp = stamp;
+    pyramid.gain = gain;
     cv::Mat scaled;  // never in place: the pixels are the caller's
     gray.convertTo(scaled, -1, gain);
     cv::buildOpticalFlowPyramid(scaled, pyramid.levels, kWindow, kMostLevels, true,

@@ -20,6 +20,7 @@ inline Pixel pixel_of(const cv::Point2f& point) {
 /// An image at several sizes, ready for optical flow.
 struct Pyramid {
     std::vector<cv::Mat> levels;  ///< each image, followed by its derivatives
+    double gain = 1.0;            ///< of the gray levels against those of the image as it came
     double mean = 0.0;            ///< gray level of the pixels
     double light = 0.0;           ///< the same of the image as it came
     double contrast = 0.0;        ///< standard deviation of the gray levels as they came

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
@@ -26,8 +27,6 @@ constexpr double kWornShare = 0.6;        ///< of the landmarks of a key image, 
 constexpr double kWayBack = 12.0;         ///< chi2 of what the way back misses by
 constexpr std::size_t kLeastFloor = 8;    ///< features, to say anything about the floor
 constexpr double kLeastFloorShare = 0.3;  ///< of them agree, or the speed is wrong
-/// Neighbouring features err alike: so many of them say what one would.
-constexpr double kCorrelated = 4.0;
 // What a vehicle does by itself.
 constexpr double kAcceleration = 0.5;         ///< m/s2
 constexpr double kAngularAcceleration = 1.0;  ///< rad/s2
@@ -102,7 +101,7 @@ VisualMotion JointTracker::track(const Image& image) {
         twist_.reset();
     }
     if (!key_) {
-        start_key(make_pyramid(gray, 1.0, image.stamp), {});
+        start_key(std::move(now), {});
         before_ = key_->pyramid;
         return motion;
     }
@@ -123,7 +122,8 @@ VisualMotion JointTracker::track(const Image& image) {
     before_ = std::move(now);
     if (worn_out(found)) {
         learn_aim(found.motion);
-        start_key(make_pyramid(gray, 1.0, image.stamp), agreed(features_));
+        start_key(before_.gain == 1.0 ? before_ : make_pyramid(gray, 1.0, image.stamp),
+                  agreed(features_));
         before_ = key_->pyramid;
     }
     return motion;
@@ -138,7 +138,8 @@ void JointTracker::restart() {
     features_.clear();
 }
 
-/// As bright as the key image: what follows features takes them to stay as they are.
+/// As bright as the key image, if there is one: what follows features takes them to stay as they
+/// are.
 Pyramid JointTracker::pyramid_like_key(const cv::Mat& gray, double stamp) const {
     const double ratio = key_ ? key_->pyramid.mean / std::max(mean_of(gray), 1.0) : 1.0;
     return make_pyramid(gray, std::abs(ratio - 1.0) > kSameLight ? ratio : 1.0, stamp);
@@ -191,8 +192,8 @@ JointTracker::Look JointTracker::find_motion(const Pyramid& now, double elapsed)
     }
     const double turn = twist_ ? twist_->z() : 0.0;
     for (const double speed : kSpeeds) {
-        const MotionBelief belief = belief_after(elapsed, Eigen::Vector3d(speed, 0.0, turn),
-                                                 kSpeedSigma + kSpeedShare * std::abs(speed));
+        const SightBelief belief = belief_after(elapsed, Eigen::Vector3d(speed, 0.0, turn),
+                                                kSpeedSigma + kSpeedShare * std::abs(speed));
         Look other = look(now, belief, kLevelsUnknown);
         // What was found from a known speed is not given up lightly.
         const std::size_t needed = (twist_ ? 2 : 1) * best.motion.floor_inliers;
@@ -213,7 +214,7 @@ bool JointTracker::floor_is_lost(const Look& look) {
                                        kLeastFloorShare * static_cast<double>(floor);
 }
 
-JointTracker::Look JointTracker::look(const Pyramid& now, const MotionBelief& belief,
+JointTracker::Look JointTracker::look(const Pyramid& now, const SightBelief& belief,
                                       int levels) const {
     Look found;
     sight(found, now, belief.before_from_now, levels);
@@ -260,8 +261,7 @@ ImagePoints JointTracker::guesses(const Pose2d& key_from_now) const {
     for (const Landmark& landmark : key_->landmarks) {
         const auto pixel_at = [&](const Pose2d& pose) -> std::optional<Pixel> {
             const double rho = std::max(landmark.inverse_depth, 1e-6);
-            const Eigen::Vector3d point =
-                camera_.center() + camera_.robot_from_camera() * landmark.ray.homogeneous() / rho;
+            const Eigen::Vector3d point = camera_.center() + camera_.direction(landmark.ray) / rho;
             const Eigen::Vector2d flat = pose.inverse() * Eigen::Vector2d(point.head<2>());
             return camera_.project({flat.x(), flat.y(), point.z()});
         };
@@ -281,9 +281,9 @@ ImagePoints JointTracker::guesses(const Pose2d& key_from_now) const {
 }
 
 /// Where the robot goes by itself: never sideways, as far as it can be told; `speed_sigma` in m/s.
-MotionBelief JointTracker::belief_after(double elapsed, const Eigen::Vector3d& twist,
-                                        double speed_sigma) const {
-    MotionBelief belief;
+SightBelief JointTracker::belief_after(double elapsed, const Eigen::Vector3d& twist,
+                                       double speed_sigma) const {
+    SightBelief belief;
     const Pose2d step = Pose2d::exp(elapsed * Eigen::Vector3d(twist.x(), 0.0, twist.z()));
     belief.before_from_now = key_from_before_ * step;
     const double rate_sigma = twist_ ? kAngularAcceleration * elapsed : kTopRate;

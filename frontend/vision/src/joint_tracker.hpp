@@ -43,11 +43,11 @@ class JointTracker : public VisualTracker {
     std::optional<FloorBorder> border_at(double stamp) const;
 
     Look find_motion(const Pyramid& now, double elapsed) const;
-    Look look(const Pyramid& now, const MotionBelief& belief, int levels) const;
+    Look look(const Pyramid& now, const SightBelief& belief, int levels) const;
     void sight(Look& look, const Pyramid& now, const Pose2d& key_from_now, int levels) const;
     ImagePoints guesses(const Pose2d& key_from_now) const;
-    MotionBelief belief_after(double elapsed, const Eigen::Vector3d& twist,
-                              double speed_sigma) const;
+    SightBelief belief_after(double elapsed, const Eigen::Vector3d& twist,
+                             double speed_sigma) const;
     static VisualStatus judge_motion(const SolvedMotion& motion, std::size_t sightings);
     static bool floor_is_lost(const Look& look);
     bool worn_out(const Look& look) const;

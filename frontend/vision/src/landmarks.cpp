@@ -25,7 +25,7 @@ bool says_floor(const FloorMask& mask, const cv::Point2f& pixel) {
 
 void place(Landmark& landmark, const CameraOnRobot& camera, const FloorHints& hints,
            double pixel_sigma) {
-    const Eigen::Vector3d direction = camera.robot_from_camera() * landmark.ray.homogeneous();
+    const Eigen::Vector3d direction = camera.direction(landmark.ray);
     const double level = direction.head<2>().norm();  // metres along the floor for each of depth
     const double floor = camera.floor_inverse_depth(direction);
     const double distance = level > kNever * floor ? kNever : level / floor;

@@ -52,7 +52,7 @@ struct Cameras {
 /// A feature at a depth, or on the floor wherever the camera then sees that.
 Prediction predict_from(const CameraOnRobot& camera, const Sighting& sighting, bool floor,
                         double inverse_depth, const SolvedMotion& motion) {
-    const Eigen::Vector3d before = camera.robot_from_camera() * sighting.before.homogeneous();
+    const Eigen::Vector3d before = camera.direction(sighting.before);
     return predict(camera, before, floor ? camera.floor_inverse_depth(before) : inverse_depth,
                    motion.before_from_now, motion.tilt);
 }
@@ -150,7 +150,7 @@ NormalEquations sum_up(const CameraOnRobot& camera, std::vector<Sighting>& sight
 }
 
 /// What is left to say of the motion when tilt and aim are known no better than believed.
-Eigen::Matrix3d motion_information(Information hessian, const MotionBelief& belief) {
+Eigen::Matrix3d motion_information(Information hessian, const SightBelief& belief) {
     hessian.bottomRightCorner<2, 2>() += belief.aim_information;
     const Eigen::Matrix<double, 3, 4> mixed = hessian.topRightCorner<3, 4>();
     return hessian.topLeftCorner<3, 3>() -
@@ -158,7 +158,7 @@ Eigen::Matrix3d motion_information(Information hessian, const MotionBelief& beli
 }
 
 /// And of the aim, when the motion is known no better than believed.
-Eigen::Matrix2d aim_information(Information hessian, const MotionBelief& belief) {
+Eigen::Matrix2d aim_information(Information hessian, const SightBelief& belief) {
     hessian.topLeftCorner<3, 3>() += belief.information;
     const Eigen::Matrix<double, 2, 5> mixed = hessian.bottomLeftCorner<2, 5>();
     return hessian.bottomRightCorner<2, 2>() -
@@ -212,7 +212,7 @@ Prediction predict(const CameraOnRobot& camera, const Eigen::Vector3d& before, d
 }
 
 SolvedMotion solve_motion(const CameraOnRobot& camera, std::vector<Sighting>& sightings,
-                          const MotionBelief& belief) {
+                          const SightBelief& belief) {
     for (Sighting& sighting : sightings) {
         sighting.inverse_depth = sighting.belief.inverse_depth;
         sighting.on_floor = sighting.floor;
@@ -220,7 +220,8 @@ SolvedMotion solve_motion(const CameraOnRobot& camera, std::vector<Sighting>& si
     SolvedMotion motion;
     motion.before_from_now = belief.before_from_now;
     double kernel = kFirstKernel;
-    for (; motion.iterations < kMostIterations && !motion.converged; ++motion.iterations) {
+    bool converged = false;
+    for (int i = 0; i < kMostIterations && !converged; ++i) {
         NormalEquations sums = sum_up(camera, sightings, motion, kernel, belief.tilt_sigma);
         sums.hessian.topLeftCorner<3, 3>() += belief.information;
         sums.gradient.head<3>() +=
@@ -235,8 +236,8 @@ SolvedMotion solve_motion(const CameraOnRobot& camera, std::vector<Sighting>& si
         motion.before_from_now.heading = normalize_angle(motion.before_from_now.heading + step(2));
         motion.tilt += step.segment<2>(3);
         motion.aim += step.tail<2>();
-        motion.converged = kernel <= kKernel && step.head<2>().norm() < kTranslationTolerance &&
-                           std::abs(step(2)) < kRotationTolerance;
+        converged = kernel <= kKernel && step.head<2>().norm() < kTranslationTolerance &&
+                    std::abs(step(2)) < kRotationTolerance;
         kernel = std::max(kKernel, kKernelShrink * kernel);
     }
     const Information hessian =

@@ -132,6 +132,10 @@ TEST(Predict, WhatIsAtInfinityDoesNotMoveUnderTranslation) {
     }
 }
 
+Eigen::Vector3d through(const CameraOnRobot& camera, const Pixel& pixel) {
+    return camera.direction(camera.model().ray(pixel).value().head<2>());
+}
+
 // A level camera 1 m above the floor sees what lies 2 m ahead at a slope of 1/2, and after half a
 // metre at 1/1.5.
 TEST(Predict, TheFloorComesNearerAsWorkedByHand) {
@@ -139,24 +143,23 @@ TEST(Predict, TheFloorComesNearerAsWorkedByHand) {
     const auto before = camera.project({2.0, 0.0, 0.0});
     ASSERT_TRUE(before.has_value());
     EXPECT_NEAR(before->y(), 240.0 + 500.0 / 2.0, 1e-9);
-    const auto direction = camera.direction(*before);
-    ASSERT_TRUE(direction.has_value());
-    EXPECT_NEAR(camera.floor_inverse_depth(*direction), 0.5, 1e-12);
-    const Prediction prediction = predict(camera, *direction, 0.5, {0.5, 0.0, 0.0}, {0.0, 0.0});
+    const Eigen::Vector3d direction = through(camera, *before);
+    EXPECT_NEAR(camera.floor_inverse_depth(direction), 0.5, 1e-12);
+    const Prediction prediction = predict(camera, direction, 0.5, {0.5, 0.0, 0.0}, {0.0, 0.0});
     EXPECT_NEAR(kFocalLength * prediction.now.y() + 240.0, 240.0 + 500.0 / 1.5, 1e-9);
     EXPECT_NEAR(prediction.now.x(), 0.0, 1e-12);
-    EXPECT_FALSE(predict(camera, *direction, 0.5, {2.5, 0.0, 0.0}, {0.0, 0.0}).ahead);
+    EXPECT_FALSE(predict(camera, direction, 0.5, {2.5, 0.0, 0.0}, {0.0, 0.0}).ahead);
 }
 
 TEST(CameraOnRobot, TheHorizonIsNoFloor) {
     const CameraOnRobot camera(plain_camera(), level_at(0.3, 1.4));
-    EXPECT_EQ(camera.floor_inverse_depth(*camera.direction({320.0, 240.0})), 0.0);
-    EXPECT_LT(camera.floor_inverse_depth(*camera.direction({100.0, 200.0})), 0.0);
-    EXPECT_NEAR(camera.turned_by({0.1, 0.2}).direction({320.0, 240.0})->z(), -std::sin(0.1), 1e-12);
+    EXPECT_EQ(camera.floor_inverse_depth(through(camera, {320.0, 240.0})), 0.0);
+    EXPECT_LT(camera.floor_inverse_depth(through(camera, {100.0, 200.0})), 0.0);
+    EXPECT_NEAR(through(camera.turned_by({0.1, 0.2}), {320.0, 240.0}).z(), -std::sin(0.1), 1e-12);
 }
 
-MotionBelief nothing_believed() {
-    MotionBelief belief;
+SightBelief nothing_believed() {
+    SightBelief belief;
     belief.information = 1e-4 * Eigen::Matrix3d::Identity();
     belief.aim_information = Eigen::Matrix2d::Identity() / std::pow(radians(0.3), 2);
     return belief;
@@ -181,7 +184,6 @@ TEST(SolveMotion, FindsExactMotionsExactly) {
         Scene scene = mixed_scene(motion, run);
         const SolvedMotion solved =
             solve_motion(forklift_camera(), scene.sightings, nothing_believed());
-        ASSERT_TRUE(solved.converged);
         ASSERT_THAT(solved.before_from_now, PoseNear(motion, 1e-6, 1e-6));
         ASSERT_LT(solved.tilt.norm(), 1e-6);
         ASSERT_EQ(solved.inliers, 140U);
@@ -254,7 +256,7 @@ TEST(SolveMotion, WithoutAnyKnownDepthTheWayIsTheBeliefs) {
     const Pose2d motion(0.2, 0.0, 0.04);
     Scene scene({}, motion, 10);
     scene.add(Kind::kUnknown, 120);
-    MotionBelief belief = nothing_believed();
+    SightBelief belief = nothing_believed();
     belief.before_from_now = {0.25, 0.0, 0.0};
     belief.information = Eigen::Vector3d(1e4, 1e4, 1e-2).asDiagonal();
     const SolvedMotion solved = solve_motion(forklift_camera(), scene.sightings, belief);
@@ -268,7 +270,7 @@ TEST(SolveMotion, WithoutAnyKnownDepthTheWayIsTheBeliefs) {
 
 TEST(SolveMotion, NothingSeenIsWhatWasBelieved) {
     std::vector<Sighting> none;
-    MotionBelief belief = nothing_believed();
+    SightBelief belief = nothing_believed();
     belief.before_from_now = {0.1, 0.02, -0.03};
     const SolvedMotion solved = solve_motion(forklift_camera(), none, belief);
     EXPECT_THAT(solved.before_from_now, PoseNear(belief.before_from_now, 1e-9, 1e-9));
@@ -292,7 +294,7 @@ TEST(SolveMotion, ClaimsTheErrorsThatItMakes) {
         scene.tilt = {gauss(rng, tilt_sigma), gauss(rng, tilt_sigma)};
         scene.add(Kind::kFloor, 50);
         scene.add(Kind::kUnknown, 40);
-        MotionBelief belief = nothing_believed();
+        SightBelief belief = nothing_believed();
         belief.tilt_sigma = tilt_sigma;
         belief.aim_information = Eigen::Matrix2d::Identity() / (aim_sigma * aim_sigma);
         const SolvedMotion solved = solve_motion(forklift_camera(), scene.sightings, belief);
@@ -317,11 +319,11 @@ TEST(SolveMotion, DrivingStraightShowsWhereTheCameraReallyLooks) {
     const CameraOnRobot camera = forklift_camera();
     for (Sighting& sighting : scene.sightings) {
         if (sighting.floor) {
-            sighting.belief.inverse_depth = camera.floor_inverse_depth(
-                camera.robot_from_camera() * sighting.before.homogeneous());
+            sighting.belief.inverse_depth =
+                camera.floor_inverse_depth(camera.direction(sighting.before));
         }
     }
-    MotionBelief belief = nothing_believed();
+    SightBelief belief = nothing_believed();
     belief.information = Eigen::Vector3d(1e-2, 1e8, 1e-2).asDiagonal();  // never sideways
     belief.tilt_sigma = radians(0.005);
     belief.aim_information = Eigen::Matrix2d::Identity() / std::pow(radians(2.0), 2);

@@ -65,8 +65,7 @@ class Scene {
     bool add_one(Kind kind, double weight) {
         Sighting sighting;
         sighting.before = anywhere_in_image(rng_);
-        const Eigen::Vector3d direction =
-            camera_.robot_from_camera() * sighting.before.homogeneous();
+        const Eigen::Vector3d direction = camera_.direction(sighting.before);
         double inverse_depth = uniform(rng_, 0.05, 0.5);
         if (kind == Kind::kFloor) {
             inverse_depth = camera_.floor_inverse_depth(direction);

@@ -36,6 +36,7 @@ class FrameAssembler {
     std::optional<Frame> flush();
 
     static constexpr double kMaxExtrapolation = 0.5;  ///< seconds
+    static constexpr double kVisualWait = 0.2;        ///< seconds; what suits recordings
     /// While no scan comes, the newest so many visual motions are kept.
     static constexpr std::size_t kMostVisual = 1000;
 
