@@ -104,6 +104,21 @@ void draw_way(Canvas& canvas, const View& view, const Trajectory& trajectory, in
     draw_marker(canvas, pixels.back(), kEnd);
 }
 
+/// A way without its time, or several of them, one after the other.
+void draw_faded(Canvas& canvas, const View& view, const Trajectory& trajectory) {
+    constexpr double kJump = 2.0;  // metres; farther apart are two drives
+    Points piece;
+    for (const StampedPose& stamped : trajectory) {
+        const Point2& place = stamped.pose.translation;
+        if (!piece.empty() && (place - piece.back()).norm() > kJump) {
+            canvas.polyline(view(piece), {kFaded, 2});
+            piece.clear();
+        }
+        piece.push_back(place);
+    }
+    canvas.polyline(view(piece), {kFaded, 2});
+}
+
 /// A polyline in dashes of one length, however short its own pieces are.
 void dashed(Canvas& canvas, const std::vector<Pixel>& pixels, const Stroke& stroke) {
     constexpr double kDash = 9.0;
@@ -170,6 +185,7 @@ Panel graph_panel(const GraphPicture& picture, const std::vector<Pose2d>& nodes,
 Canvas draw(const MapPicture& picture) {
     Bounds bounds = inner_bounds_of(walls_of(picture.grid));
     bounds.include(bounds_of(positions_of(picture.trajectory)));
+    bounds.include(bounds_of(positions_of(picture.earlier)));
     Panel panel;
     panel.bounds = bounds.with_margin(kMarginShare);
     panel.draw = [&picture](Canvas& canvas, const View& view) {
@@ -179,9 +195,13 @@ Canvas draw(const MapPicture& picture) {
         const Point2 corner = geometry.origin + Point2(0.0, geometry.height * geometry.resolution);
         canvas.grid(picture.grid, view(corner), view.pixels_per_metre() * geometry.resolution,
                     shades);
+        draw_faded(canvas, view, picture.earlier);
         draw_way(canvas, view, picture.trajectory, 2);
     };
     std::vector<LegendEntry> legend = way_legend();
+    if (!picture.earlier.empty()) {
+        legend.push_back({Mark::kLine, kFaded, "driven before"});
+    }
     return draw(Figure{picture.title, picture.subtitle, {panel}, std::move(legend)});
 }
 

@@ -19,6 +19,7 @@ struct MapPicture {
     std::string subtitle;
     const StateGrid& grid;
     const Trajectory& trajectory;
+    Trajectory earlier;  ///< of the map that this drive went onto; may be empty
 };
 Canvas draw(const MapPicture& picture);
 

@@ -8,21 +8,13 @@
 #include <functional>
 
 #include "figure.hpp"
+#include "plot.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
-constexpr int kWidth = 1500;
-constexpr int kPlotHeight = 380;
-constexpr int kTop = 130;
-constexpr int kBetween = 90;
-constexpr int kLeft = 110;
-constexpr int kRight = 40;
-constexpr int kTextHeight = 13;
+constexpr plot::Layout kLayout{380, 90};
 constexpr int kMostDecades = 5;
-constexpr Color kInk{45, 50, 58};
-constexpr Color kFaintInk{105, 112, 122};
-constexpr Color kRaster{225, 228, 232};
 constexpr Color kFineRaster{241, 243, 245};
 constexpr Color kBand{244, 236, 220};
 
@@ -60,59 +52,47 @@ Decades decades_of(const ErrorCurves& picture, const ValueOf& value_of) {
 /// Time to the right, powers of ten up; what lies beyond is put onto the edge.
 class LogAxes {
   public:
-    LogAxes(Canvas& canvas, const Rect& rect, double duration, const Decades& decades)
-        : canvas_(canvas), rect_(rect), duration_(duration), decades_(decades) {}
+    LogAxes(Canvas& canvas, const plot::TimeAxis& axis, const Decades& decades)
+        : canvas_(canvas), axis_(axis), decades_(decades) {}
 
-    Pixel at(double time, double value) const {
-        const double most = decades_.highest;
-        const double least = decades_.lowest;
-        const double power = value > 0.0 ? std::clamp(std::log10(value), least, most) : least;
-        return {rect_.x + rect_.width * time / duration_,
-                rect_.y + rect_.height * (most - power) / (most - least)};
-    }
+    Pixel at(double time, double value) const { return axis_.at(time, share_of(value)); }
 
     void shade(const TimeBand& band) const {
-        const Pixel left = at(std::clamp(band.from, 0.0, duration_), 0.0);
-        const Pixel right = at(std::clamp(band.to, 0.0, duration_), 0.0);
-        const int width = std::max(1, static_cast<int>(right.x() - left.x()));
-        canvas_.fill({static_cast<int>(left.x()), rect_.y, width, rect_.height}, kBand);
+        const double left = x_at(band.from);
+        const int width = std::max(1, static_cast<int>(x_at(band.to) - left));
+        const Rect& rect = axis_.rect();
+        canvas_.fill({static_cast<int>(left), rect.y, width, rect.height}, kBand);
     }
 
     void label(const TimeBand& band) const {
-        const Pixel left = at(std::clamp(band.from, 0.0, duration_), 0.0);
-        canvas_.text({left.x() + 4.0, rect_.y + kTextHeight + 6.0}, band.label,
-                     {kTextHeight - 1, kInk, Align::kLeft, false});
+        canvas_.text({x_at(band.from) + 4.0, axis_.rect().y + plot::kTextHeight + 6.0}, band.label,
+                     {plot::kTextHeight - 1, plot::kInk, Align::kLeft, false});
     }
 
     void draw_raster(const std::string& label) const {
         for (int power = decades_.lowest; power <= decades_.highest; ++power) {
             const double value = std::pow(10.0, power);
             for (int digit = 2; digit < 10 && power < decades_.highest; ++digit) {
-                canvas_.line(at(0.0, digit * value), at(duration_, digit * value),
-                             {kFineRaster, 1});
+                axis_.draw_level(share_of(digit * value), kFineRaster);
             }
-            canvas_.line(at(0.0, value), at(duration_, value), {kRaster, 1});
-            canvas_.text(at(0.0, value) + Pixel(-10.0, kTextHeight / 2.0),
-                         fmt::format("{:g}", value),
-                         {kTextHeight, kFaintInk, Align::kRight, false});
+            axis_.draw_level(share_of(value), value);
         }
-        const double step = round_step(duration_, 8.0);
-        for (double time = 0.0; time <= duration_ * 1.0001; time += step) {
-            const double bottom = std::pow(10.0, decades_.lowest);
-            canvas_.line(at(time, bottom), at(time, std::pow(10.0, decades_.highest)),
-                         {kRaster, 1});
-            canvas_.text(at(time, bottom) + Pixel(0.0, 2.0 * kTextHeight),
-                         fmt::format("{:g}", time),
-                         {kTextHeight, kFaintInk, Align::kCenter, false});
-        }
-        canvas_.text({static_cast<double>(rect_.x), rect_.y - 14.0}, label,
-                     {kTextHeight, kInk, Align::kLeft, false});
+        axis_.draw_times(label);
     }
 
   private:
+    double share_of(double value) const {
+        const double most = decades_.highest;
+        const double least = decades_.lowest;
+        const double power = value > 0.0 ? std::clamp(std::log10(value), least, most) : least;
+        return (power - least) / (most - least);
+    }
+    double x_at(double time) const {
+        return axis_.at(std::clamp(time, 0.0, axis_.duration()), 0.0).x();
+    }
+
     Canvas& canvas_;
-    Rect rect_;
-    double duration_;
+    plot::TimeAxis axis_;
     Decades decades_;
 };
 
@@ -128,7 +108,7 @@ double duration_of(const ErrorCurves& picture) {
 
 void draw_plot(Canvas& canvas, const Rect& rect, const ErrorCurves& picture,
                const std::string& label, const ValueOf& value_of) {
-    const LogAxes axes(canvas, rect, duration_of(picture), decades_of(picture, value_of));
+    const LogAxes axes(canvas, {canvas, rect, duration_of(picture)}, decades_of(picture, value_of));
     for (const TimeBand& band : picture.bands) {
         axes.shade(band);
     }
@@ -160,19 +140,15 @@ Canvas draw(const ErrorCurves& picture) {
     for (const ErrorCurve& curve : picture.curves) {
         legend.push_back({picture.dots ? Mark::kDot : Mark::kLine, curve.color, curve.name});
     }
-    const int legend_top = kTop + 2 * (kPlotHeight + kBetween) - 10;
-    Canvas canvas(kWidth, legend_top + legend_height(legend, kWidth) + 20);
-    canvas.text({32.0, 52.0}, picture.title, {22, kInk, Align::kLeft, true});
-    canvas.text({32.0, 52.0 + 2.4 * kTextHeight}, picture.subtitle,
-                {kTextHeight, kFaintInk, Align::kLeft, false});
-    Rect rect{kLeft, kTop + 10, kWidth - kLeft - kRight, kPlotHeight};
-    draw_plot(canvas, rect, picture, "position " + picture.noun + ", m",
+    const int legend_top = kLayout.bottom() - 10;
+    Canvas canvas(plot::kWidth, legend_top + legend_height(legend, plot::kWidth) + 20);
+    plot::draw_titles(canvas, picture.title, picture.subtitle);
+    draw_plot(canvas, kLayout.rect(0), picture, "position " + picture.noun + ", m",
               [](const PoseError& error) { return error.translation; });
-    rect.y += kPlotHeight + kBetween;
-    draw_plot(canvas, rect, picture, "heading " + picture.noun + ", deg",
+    const Rect lower = kLayout.rect(1);
+    draw_plot(canvas, lower, picture, "heading " + picture.noun + ", deg",
               [](const PoseError& error) { return degrees(error.rotation); });
-    canvas.text({kLeft + rect.width / 2.0, rect.y + rect.height + 3.6 * kTextHeight},
-                "time since the first scan, s", {kTextHeight, kInk, Align::kCenter, false});
+    plot::draw_time_label(canvas, lower.y + lower.height + 3.6 * plot::kTextHeight);
     draw_legend(canvas, legend, legend_top);
     return canvas;
 }

@@ -8,20 +8,13 @@
 #include <functional>
 #include <limits>
 
+#include "plot.hpp"
+
 namespace hybrid_slam::tools {
 namespace {
 
 constexpr double kStampTolerance = 0.001;  // seconds, as in relations_error
-constexpr int kWidth = 1500;
-constexpr int kPlotHeight = 340;
-constexpr int kTop = 130;
-constexpr int kBetween = 80;
-constexpr int kLeft = 110;
-constexpr int kRight = 40;
-constexpr int kTextHeight = 13;
-constexpr Color kInk{45, 50, 58};
-constexpr Color kFaintInk{105, 112, 122};
-constexpr Color kRaster{225, 228, 232};
+constexpr plot::Layout kLayout{340, 80};
 constexpr Color kDots{40, 90, 190};
 constexpr Color kMean{222, 60, 50};
 
@@ -50,61 +43,25 @@ Curve curve_of(const std::string& label, const std::vector<PoseError>& errors,
     return curve;
 }
 
-/// Axes with a raster in a rectangle; from 0 to the largest value each way.
-class Axes {
-  public:
-    Axes(Canvas& canvas, const Rect& rect, double x_max, double y_max)
-        : canvas_(canvas), rect_(rect), x_max_(x_max), y_max_(y_max) {}
-
-    Pixel at(double x, double y) const {
-        return {rect_.x + rect_.width * x / x_max_, rect_.y + rect_.height * (1.0 - y / y_max_)};
-    }
-
-    void draw_raster(const std::string& label) const {
-        const double y_step = round_step(y_max_, 5.0);
-        for (double y = 0.0; y <= y_max_ * 1.0001; y += y_step) {
-            canvas_.line(at(0.0, y), at(x_max_, y), {kRaster, 1});
-            canvas_.text(at(0.0, y) + Pixel(-10.0, kTextHeight / 2.0), fmt::format("{:g}", y),
-                         {kTextHeight, kFaintInk, Align::kRight, false});
-        }
-        const double x_step = round_step(x_max_, 8.0);
-        for (double x = 0.0; x <= x_max_ * 1.0001; x += x_step) {
-            canvas_.line(at(x, 0.0), at(x, y_max_), {kRaster, 1});
-            canvas_.text(at(x, 0.0) + Pixel(0.0, 2.0 * kTextHeight), fmt::format("{:g}", x),
-                         {kTextHeight, kFaintInk, Align::kCenter, false});
-        }
-        canvas_.text({static_cast<double>(rect_.x), rect_.y - 14.0}, label,
-                     {kTextHeight, kInk, Align::kLeft, false});
-    }
-
-  private:
-    Canvas& canvas_;
-    Rect rect_;
-    double x_max_;
-    double y_max_;
-};
-
 void draw_curve(Canvas& canvas, const Rect& rect, const Curve& curve, double duration) {
+    const plot::TimeAxis axis(canvas, rect, duration);
     const double y_max = curve.highest > 0.0 ? 1.05 * curve.highest : 1.0;
-    const Axes axes(canvas, rect, duration, y_max);
-    axes.draw_raster(curve.label);
-    for (const Eigen::Vector2d& value : curve.values) {
-        canvas.disc(axes.at(value.x(), value.y()), 2.2, kDots);
+    const double step = plot::round_step(y_max, 5.0);
+    for (double y = 0.0; y <= y_max * 1.0001; y += step) {
+        axis.draw_level(y / y_max, y);
     }
-    canvas.line(axes.at(0.0, curve.mean), axes.at(duration, curve.mean), {kMean, 2});
-    canvas.text(axes.at(duration, y_max) - Pixel(0.0, 14.0),
+    axis.draw_times(curve.label);
+    for (const Eigen::Vector2d& value : curve.values) {
+        canvas.disc(axis.at(value.x(), value.y() / y_max), 2.2, kDots);
+    }
+    const double mean = curve.mean / y_max;
+    canvas.line(axis.at(0.0, mean), axis.at(duration, mean), {kMean, 2});
+    canvas.text(axis.at(duration, 1.0) - Pixel(0.0, 14.0),
                 fmt::format("mean {:.4g}, max {:.4g}", curve.mean, curve.highest),
-                {kTextHeight, kMean, Align::kRight, false});
+                {plot::kTextHeight, kMean, Align::kRight, false});
 }
 
 }  // namespace
-
-double round_step(double range, double wanted) {
-    const double rough = range / wanted;
-    const double power = std::pow(10.0, std::floor(std::log10(rough)));
-    const double ratio = rough / power;
-    return power * (ratio > 5.0 ? 10.0 : ratio > 2.0 ? 5.0 : ratio > 1.0 ? 2.0 : 1.0);
-}
 
 std::vector<PoseError> errors_over_time(const Trajectory& trajectory, const Yardstick& yardstick,
                                         const Evaluation& evaluation) {
@@ -138,26 +95,21 @@ std::vector<PoseError> errors_over_time(const Trajectory& trajectory, const Yard
 
 Canvas draw_errors(const std::string& title, const std::string& subtitle,
                    const std::vector<PoseError>& errors) {
-    Canvas canvas(kWidth, kTop + 2 * (kPlotHeight + kBetween) + 20);
-    canvas.text({32.0, 52.0}, title, {22, kInk, Align::kLeft, true});
-    canvas.text({32.0, 52.0 + 2.4 * kTextHeight}, subtitle,
-                {kTextHeight, kFaintInk, Align::kLeft, false});
+    Canvas canvas(plot::kWidth, kLayout.bottom() + 20);
+    plot::draw_titles(canvas, title, subtitle);
     double duration = 1.0;
     for (const PoseError& error : errors) {
         duration = std::max(duration, error.time);
     }
-    Rect rect{kLeft, kTop + 10, kWidth - kLeft - kRight, kPlotHeight};
-    draw_curve(canvas, rect,
+    draw_curve(canvas, kLayout.rect(0),
                curve_of("translation error, m", errors,
                         [](const PoseError& error) { return error.translation; }),
                duration);
-    rect.y += kPlotHeight + kBetween;
-    draw_curve(canvas, rect,
+    draw_curve(canvas, kLayout.rect(1),
                curve_of("rotation error, deg", errors,
                         [](const PoseError& error) { return degrees(error.rotation); }),
                duration);
-    canvas.text({kLeft + rect.width / 2.0, static_cast<double>(canvas.height() - 22)},
-                "time since the first scan, s", {kTextHeight, kInk, Align::kCenter, false});
+    plot::draw_time_label(canvas, canvas.height() - 22.0);
     return canvas;
 }
 

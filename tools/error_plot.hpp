@@ -19,9 +19,6 @@ struct PoseError {
 std::vector<PoseError> errors_over_time(const Trajectory& trajectory, const Yardstick& yardstick,
                                         const Evaluation& evaluation);
 
-/// A round step that divides `range` into about `wanted` parts.
-double round_step(double range, double wanted);
-
 /// Both errors over time, with their means.
 Canvas draw_errors(const std::string& title, const std::string& subtitle,
                    const std::vector<PoseError>& errors);

@@ -32,6 +32,8 @@ Examples:
   hybrid-slam info drive1
   hybrid-slam info drive1 --json | jq '.fit, .obstacles'
   hybrid-slam info hall_map
+  hybrid-slam info hall_map --json | jq '.free_m2, .file_bytes'
+  hybrid-slam info theirs.yaml
 Exit codes: 0 fit for mapping, or a map that is whole; 4 a recording that is not fit; 1 cannot be read, or a
 damaged map.
 )";
@@ -94,7 +96,25 @@ int show_map(const InfoOptions& options) {
     return kOk;
 }
 
+int show_grid(const InfoOptions& options) {
+    const GridReport report(options.folder);
+    if (options.common.json) {
+        print_json(report.json());
+    } else {
+        print_result(report.text());
+    }
+    return kOk;
+}
+
+bool is_grid(const std::filesystem::path& file) {
+    const std::filesystem::path suffix = file.extension();
+    return std::filesystem::is_regular_file(file) && (suffix == ".yaml" || suffix == ".yml");
+}
+
 int run_info(const InfoOptions& options) {
+    if (is_grid(options.folder)) {
+        return show_grid(options);
+    }
     if (!std::filesystem::is_directory(options.folder)) {
         throw Error(options.folder.string() + ": there is no such folder");
     }
@@ -113,7 +133,9 @@ void add_info_command(CLI::App& program, Action& action) {
     const auto options = std::make_shared<InfoOptions>();
     CLI::App* command = program.add_subcommand(
         "info", "Tell what is in a recording or a map, and whether a map can be made of it");
-    command->add_option("DIR", options->folder, "Folder of a recording or of a map")
+    command
+        ->add_option("DIR", options->folder,
+                     "Folder of a recording or of a map, or the .yaml file of a map_server map")
         ->required()
         ->type_name("");
     CLI::Option* picture =

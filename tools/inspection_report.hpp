@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "inspection.hpp"
 
@@ -25,15 +28,35 @@ struct MapReport {
     std::size_t edges = 0;
     std::size_t closures = 0;
     std::size_t scans = 0;
-    double duration = 0.0;    ///< seconds
-    double path = 0.0;        ///< metres driven
-    double width = 0.0;       ///< metres, of the grid
+    double duration = 0.0;                                      ///< seconds
+    double path = 0.0;                                          ///< metres driven
+    double width = 0.0;                                         ///< metres, of the grid
+    double height = 0.0;                                        ///< metres
+    double resolution = 0.0;                                    ///< metres
+    double free_area = 0.0;                                     ///< square metres known to be free
+    double occupied_area = 0.0;                                 ///< likewise
+    std::vector<std::pair<std::string, std::uintmax_t>> files;  ///< with their bytes, by name
+    bool pyramid = false;  ///< has what searching the whole map needs ready
+    std::string made;  ///< UTC, when its configuration was written; empty when that is not there
+    std::string from;  ///< name of the drive; empty when its summary is not there
+};
+
+/// What it says of a map_server map. Throws Error as its reader does.
+struct GridReport {
+    explicit GridReport(const std::filesystem::path& yaml);
+
+    std::string text() const;
+    nlohmann::ordered_json json() const;
+
+    double width = 0.0;       ///< metres
     double height = 0.0;      ///< metres
     double resolution = 0.0;  ///< metres
-    double free_area = 0.0;   ///< square metres known to be free
-    std::size_t files = 0;
-    double megabytes = 0.0;
-    std::string made;  ///< UTC, when its configuration was written; empty when that is not there
+    double x = 0.0;           ///< metres, of the lower left corner in the map
+    double y = 0.0;           ///< metres
+    double yaw = 0.0;         ///< radians
+    double free_area = 0.0;   ///< square metres
+    double occupied_area = 0.0;
+    double unknown_area = 0.0;
 };
 
 }  // namespace hybrid_slam::tools

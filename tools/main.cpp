@@ -13,6 +13,8 @@ using namespace hybrid_slam::tools;
 
 constexpr auto kFooter = R"(Examples:
   hybrid-slam map intel.clf.gz --out intel_map
+  hybrid-slam relocalize intel_map intel.clf.gz --at 60
+  hybrid-slam localize intel_map intel.clf.gz --out intel_run
   hybrid-slam compare intel.clf.gz --relations intel.relations
   hybrid-slam evaluate intel_map/trajectory.tum --relations intel.relations
   hybrid-slam optimize M3500.g2o --out M3500_opt.g2o
@@ -23,7 +25,9 @@ Results go to standard output, messages and the progress bar to standard error.
 Exit codes: 0 done, 1 bad input or another failure, 2 wrong usage,
             3 interrupted by Ctrl-C or SIGTERM, with everything up to there saved,
             4 a recording that is not fit for mapping (info), or a drive not fit for
-              calibration (calibrate extrinsics).
+              calibration (calibrate extrinsics),
+            5 several places in the map look alike (relocalize, localize, map --onto),
+            6 not in this map (likewise).
 )";
 
 void describe_program(CLI::App& program, Action& action) {
@@ -35,7 +39,11 @@ void describe_program(CLI::App& program, Action& action) {
     program.require_subcommand(1);
     add_record_command(program, action);
     add_map_command(program, action);
+    add_relocalize_command(program, action);
+    add_localize_command(program, action);
     add_info_command(program, action);
+    add_export_command(program, action);
+    add_crop_command(program, action);
     add_calibrate_command(program, action);
     add_compare_command(program, action);
     add_evaluate_command(program, action);
@@ -61,7 +69,8 @@ bool is_unknown_command(const CLI::App& program, const std::string& word) {
 
 int run(int argc, const char* const* argv) {
     CLI::App program(
-        "Makes maps from 2D lidar logs: ICP seeded by a motion prior, refined by a pose graph.");
+        "Mapping and localization for vehicles with a 2D lidar and a camera: visual odometry seeds "
+        "ICP, a pose graph refines the map. Records, calibrates, simulates and evaluates too.");
     Action action;
     describe_program(program, action);
     if (argc > 1 && is_unknown_command(program, argv[1])) {

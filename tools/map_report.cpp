@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hybrid_slam/backend/map_folder.hpp"
+#include "hybrid_slam/core/text_file.hpp"
 #include "inspection_report.hpp"
 #include "messages.hpp"
 
@@ -28,6 +29,36 @@ std::string date_of(const std::filesystem::path& file) {
                : "";
 }
 
+/// Square metres of the cells in a state.
+double area_of(const StateGrid& grid, CellState state) {
+    return static_cast<double>(std::count(grid.states.begin(), grid.states.end(), state)) *
+           grid.geometry.resolution * grid.geometry.resolution;
+}
+
+std::string drive_of(const std::filesystem::path& summary) {
+    constexpr std::size_t kMostBytes = std::size_t{1} << 28U;
+    if (!std::filesystem::is_regular_file(summary)) {
+        return "";
+    }
+    const auto json = nlohmann::json::parse(read_whole_file(summary, kMostBytes), nullptr, false);
+    const bool told = json.is_object() && json.contains("log") && json["log"].is_string();
+    return told ? json["log"].get<std::string>() : "";
+}
+
+std::string size_text(std::uintmax_t bytes) {
+    return bytes < 1000      ? fmt::format("{} B", bytes)
+           : bytes < 1000000 ? fmt::format("{:.1f} kB", 1e-3 * static_cast<double>(bytes))
+                             : megabytes(bytes);
+}
+
+std::uintmax_t total_of(const std::vector<std::pair<std::string, std::uintmax_t>>& files) {
+    std::uintmax_t total = 0;
+    for (const auto& [name, bytes] : files) {
+        total += bytes;
+    }
+    return total;
+}
+
 }  // namespace
 
 MapReport::MapReport(const std::filesystem::path& folder) {
@@ -45,48 +76,104 @@ MapReport::MapReport(const std::filesystem::path& folder) {
     resolution = geometry.resolution;
     width = geometry.width * resolution;
     height = geometry.height * resolution;
-    free_area = static_cast<double>(
-                    std::count(map.grid.states.begin(), map.grid.states.end(), CellState::kFree)) *
-                resolution * resolution;
+    free_area = area_of(map.grid, CellState::kFree);
+    occupied_area = area_of(map.grid, CellState::kOccupied);
+    pyramid = map.pyramid.has_value();
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
         if (entry.is_regular_file()) {
-            ++files;
-            megabytes += 1e-6 * static_cast<double>(entry.file_size());
+            files.emplace_back(entry.path().lexically_relative(folder).string(), entry.file_size());
         }
     }
+    std::sort(files.begin(), files.end());
+    from = drive_of(folder / "summary.json");
     made = date_of(folder / "config.yaml");
 }
 
 std::string MapReport::text() const {
-    return fmt::format(
-        "map        version {}, whole: the checksums of all its files are right{}{}\n"
-        "size       {:.1f} m x {:.1f} m in cells of {:g} cm; {:.1f} m2 are free\n"
+    std::string text = fmt::format(
+        "map        version {}, whole: the checksums of all its files are right{}{}{}{}\n"
+        "size       {:.1f} m x {:.1f} m in cells of {:g} cm; {:.1f} m2 are free, {:.1f} m2 "
+        "occupied\n"
         "drive      {} in {}, {:.1f} m\n"
         "graph      {}, {}, {}\n"
-        "files      {}, {:.1f} MB",
-        version, made.empty() ? "" : "; made ", made, width, height, 100.0 * resolution, free_area,
-        counted(scans, "scan"), duration_text(duration), path, counted(keyframes, "keyframe"),
-        counted(edges, "edge"), counted(closures, "loop closure"), counted(files, "file"),
-        megabytes);
+        "search     {}\n"
+        "files      {}, {}",
+        version, made.empty() ? "" : "; made ", made, from.empty() ? "" : " from ", from, width,
+        height, 100.0 * resolution, free_area, occupied_area, counted(scans, "scan"),
+        duration_text(duration), path, counted(keyframes, "keyframe"), counted(edges, "edge"),
+        counted(closures, "loop closure"),
+        pyramid ? "ready: its pyramid is stored" : "its pyramid is built each time it is needed",
+        counted(files.size(), "file"), size_text(total_of(files)));
+    std::size_t longest = 0;
+    for (const auto& [name, bytes] : files) {
+        longest = std::max(longest, name.size());
+    }
+    for (const auto& [name, bytes] : files) {
+        text += fmt::format("\n           {:<{}}  {}", name, longest, size_text(bytes));
+    }
+    return text;
 }
 
 nlohmann::ordered_json MapReport::json() const {
+    nlohmann::ordered_json sizes = nlohmann::ordered_json::object();
+    for (const auto& [name, bytes] : files) {
+        sizes[name] = bytes;
+    }
     return {{"kind", "map"},
             {"version", version},
             {"checksums", "right"},
             {"made", made},
+            {"from", from},
             {"width_m", rounded(width)},
             {"height_m", rounded(height)},
             {"resolution_m", rounded(resolution)},
             {"free_m2", rounded(free_area)},
+            {"occupied_m2", rounded(occupied_area)},
             {"scans", scans},
             {"duration_s", rounded(duration)},
             {"path_length_m", rounded(path)},
             {"keyframes", keyframes},
             {"edges", edges},
             {"closures", closures},
-            {"files", files},
-            {"megabytes", rounded(megabytes)}};
+            {"pyramid", pyramid},
+            {"files", files.size()},
+            {"megabytes", rounded(1e-6 * static_cast<double>(total_of(files)))},
+            {"file_bytes", std::move(sizes)}};
+}
+
+GridReport::GridReport(const std::filesystem::path& yaml) {
+    const StateGrid grid = read_map_server(yaml);
+    resolution = grid.geometry.resolution;
+    width = grid.geometry.width * resolution;
+    height = grid.geometry.height * resolution;
+    x = grid.geometry.origin.x();
+    y = grid.geometry.origin.y();
+    yaw = grid.origin_yaw;
+    free_area = area_of(grid, CellState::kFree);
+    occupied_area = area_of(grid, CellState::kOccupied);
+    unknown_area = area_of(grid, CellState::kUnknown);
+}
+
+std::string GridReport::text() const {
+    return fmt::format(
+        "map        of map_server: a grid and nothing else, no checksums\n"
+        "size       {:.1f} m x {:.1f} m in cells of {:g} cm\n"
+        "origin     x {:.2f} m, y {:.2f} m, yaw {:.1f} deg\n"
+        "cells      {:.1f} m2 free, {:.1f} m2 occupied, {:.1f} m2 unknown",
+        width, height, 100.0 * resolution, x, y, degrees(yaw), free_area, occupied_area,
+        unknown_area);
+}
+
+nlohmann::ordered_json GridReport::json() const {
+    return {
+        {"kind", "map_server"},
+        {"width_m", rounded(width)},
+        {"height_m", rounded(height)},
+        {"resolution_m", rounded(resolution)},
+        {"origin", {{"x_m", rounded(x)}, {"y_m", rounded(y)}, {"yaw_deg", rounded(degrees(yaw))}}},
+        {"free_m2", rounded(free_area)},
+        {"occupied_m2", rounded(occupied_area)},
+        {"unknown_m2", rounded(unknown_area)}};
 }
 
 }  // namespace hybrid_slam::tools

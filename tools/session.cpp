@@ -2,25 +2,21 @@
 #include "session.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <utility>
 
+#include "frame_stream.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
-/// Seconds for which a scan of a recording waits for an image, so that the motion to it is
-/// interpolated.
-constexpr double kVisualWait = 0.2;
-
 /// The loop over one input.
 class Runner {
   public:
     Runner(Input& input, const std::string& name, const Settings& settings)
-        : input_(input), assembler_(input.live() ? 0.0 : kVisualWait), slam_(settings.slam) {
+        : input_(input), stream_(input), slam_(settings.slam) {
         session_.name = name;
     }
 
@@ -31,12 +27,12 @@ class Runner {
                 break;
             }
             process(*frame);
-            progress.update(input_.source().progress(), session_.scans, latest_ - earliest_);
+            progress.update(input_.source().progress(), session_.scans, stream_.recorded());
             session_.interrupted = interrupted();
         }
         session_.input = input_.counts();
         session_.warnings = input_.warnings();
-        session_.recorded = std::max(0.0, latest_ - earliest_);
+        session_.recorded = stream_.recorded();
         session_.vision = watch_.finish();
     }
 
@@ -49,34 +45,26 @@ class Runner {
         return std::move(session_);
     }
 
-    bool saw_anything() const { return saw_anything_; }
+    bool saw_anything() const { return stream_.saw_anything(); }
 
   private:
     std::optional<Frame> next_frame() {
         const Stopwatch clock;
-        std::optional<Frame> frame;
-        while (!frame) {
-            std::optional<Measurement> measurement = input_.source().next();
-            if (!measurement) {
-                return assembler_.flush();
+        while (std::optional<DriveStep> step = stream_.next()) {
+            if (step->motion) {
+                watch_.see(*step->motion);
             }
-            if (const auto* motion = std::get_if<VisualMotion>(&*measurement)) {
-                watch_.see(*motion);
+            if (step->frame) {
+                session_.timings.read.add(clock.seconds());
+                return std::move(step->frame);
             }
-            frame = assembler_.push(std::move(*measurement));
         }
-        session_.timings.read.add(clock.seconds());
-        return frame;
+        return std::nullopt;
     }
 
     void process(const Frame& frame) {
-        const Scan& scan = frame.scan;
-        saw_anything_ = saw_anything_ || std::any_of(scan.ranges.begin(), scan.ranges.end(),
-                                                     [&](float r) { return scan.is_return(r); });
-        earliest_ = std::min(earliest_, scan.stamp);
-        latest_ = std::max(latest_, scan.stamp);
         if (frame.odom_from_robot) {
-            session_.wheels.push_back({scan.stamp, *frame.odom_from_robot});
+            session_.wheels.push_back({frame.scan.stamp, *frame.odom_from_robot});
         }
         count(slam_.process(frame));
     }
@@ -100,13 +88,10 @@ class Runner {
     }
 
     Input& input_;
-    FrameAssembler assembler_;
+    FrameStream stream_;
     Slam slam_;
     VisionWatch watch_;
     Session session_;
-    bool saw_anything_ = false;
-    double earliest_ = std::numeric_limits<double>::infinity();
-    double latest_ = -std::numeric_limits<double>::infinity();
 };
 
 }  // namespace

@@ -7,6 +7,8 @@
 
 #include "hybrid_slam/backend/slam.hpp"
 #include "hybrid_slam/core/occupancy_grid.hpp"
+#include "hybrid_slam/localization/anchored_session.hpp"
+#include "hybrid_slam/localization/localizer.hpp"
 #include "hybrid_slam/logs/carmen_log.hpp"
 #include "hybrid_slam/segmentation/dnn_floor_segmenter.hpp"
 #include "hybrid_slam/vision/visual_odometry.hpp"
@@ -28,9 +30,14 @@ struct Settings {
     VisionConfig vision;
     SlamConfig slam;
     OccupancyGridConfig map;
+    LocalizationConfig localization;  ///< but for its odometry, which is that of `slam`
+    AnchoringConfig anchoring;        ///< of a session to a stored map
 };
 
 void describe(ConfigSchema& schema, Settings& settings);
+
+/// With the odometry of the settings.
+LocalizationConfig localization_of(const Settings& settings);
 
 /// Whether images are of any use.
 inline bool uses_images(const Settings& settings) {
@@ -40,8 +47,10 @@ inline bool uses_images(const Settings& settings) {
 /// "key=value"
 using Overrides = std::vector<std::string>;
 
-/// Throws Error that names the key, and the line when it stands in a file.
-Settings load_settings(const std::filesystem::path& file_or_empty, const Overrides& overrides);
+/// Throws Error that names the key, and the line when it stands in a file. `defaults` hold for what
+/// neither of the two says.
+Settings load_settings(const std::filesystem::path& file_or_empty, const Overrides& overrides,
+                       Settings defaults = {});
 Settings with_overrides(Settings settings, const Overrides& overrides);
 std::string to_yaml(Settings settings);
 

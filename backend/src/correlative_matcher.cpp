@@ -7,70 +7,13 @@
 #include <tuple>
 #include <utility>
 
-#include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 
 namespace hybrid_slam {
 
 namespace {
 
 constexpr double kFull = 255.0;
-
-// Stamps the blur around one point, keeping the larger value where stamps overlap.
-class BlurStamp {
-  public:
-    BlurStamp(double resolution, double sigma)
-        : radius_(static_cast<int>(std::ceil(2.5 * sigma / resolution))) {
-        for (int y = -radius_; y <= radius_; ++y) {
-            for (int x = -radius_; x <= radius_; ++x) {
-                const double squared = resolution * resolution * (x * x + y * y);
-                values_.push_back(static_cast<std::uint8_t>(
-                    std::lround(kFull * std::exp(-0.5 * squared / (sigma * sigma)))));
-            }
-        }
-    }
-
-    int radius() const { return radius_; }
-
-    void apply(std::vector<std::uint8_t>& grid, const GridGeometry& geometry, Cell cell) const {
-        const auto side = 2 * static_cast<std::size_t>(radius_) + 1;
-        for (std::size_t row = 0; row < side; ++row) {
-            std::uint8_t* out = grid.data() +
-                                geometry.index_of({cell.x - radius_, cell.y - radius_}) +
-                                row * static_cast<std::size_t>(geometry.width);
-            const std::uint8_t* in = values_.data() + row * side;
-            for (std::size_t i = 0; i < side; ++i) {
-                out[i] = std::max(out[i], in[i]);
-            }
-        }
-    }
-
-  private:
-    int radius_;
-    std::vector<std::uint8_t> values_;
-};
-
-// Maximum over blocks twice as large, from the maximum over the smaller ones.
-std::vector<std::uint8_t> doubled(const std::vector<std::uint8_t>& grid,
-                                  const GridGeometry& geometry, int step) {
-    std::vector<std::uint8_t> result(grid);
-    const auto width = static_cast<std::size_t>(geometry.width);
-    const auto shift = static_cast<std::size_t>(step);
-    for (std::size_t y = 0; y < static_cast<std::size_t>(geometry.height); ++y) {
-        std::uint8_t* out = result.data() + y * width;
-        const std::uint8_t* in = grid.data() + y * width;
-        for (std::size_t x = 0; x + shift < width; ++x) {
-            out[x] = std::max(in[x], in[x + shift]);
-        }
-    }
-    for (std::size_t y = 0; y + shift < static_cast<std::size_t>(geometry.height); ++y) {
-        std::uint8_t* out = result.data() + y * width;
-        const std::uint8_t* above = result.data() + (y + shift) * width;
-        for (std::size_t x = 0; x < width; ++x) {
-            out[x] = std::max(out[x], above[x]);
-        }
-    }
-    return result;
-}
 
 // The query at one heading, as cells of the grid at the window's centre.
 struct RotatedQuery {
@@ -109,9 +52,11 @@ class Search {
           center_(window.center),
           full_sum_(kFull * static_cast<double>(query.size())),
           reach_(static_cast<int>(std::ceil(window.half_width / pyramid.geometry().resolution))) {
-        const int steps = static_cast<int>(std::ceil(window.half_angle / window.angle_step));
-        for (int k = -steps; k <= steps; ++k) {
-            rotations_.push_back(rotate(query, center_.heading + k * window.angle_step));
+        for (const double heading : headings_of(window)) {
+            rotations_.push_back(rotate(query, center_.heading + heading));
+        }
+        if (limits.allowed != nullptr) {
+            allowed_center_ = limits.allowed->geometry().cell_of(center_.translation);
         }
     }
 
@@ -123,7 +68,7 @@ class Search {
                 break;
             }
             open_.pop();
-            if (result_.found && is_near_best(node)) {
+            if (is_known(node)) {
                 continue;
             }
             if (node.level == 0) {
@@ -142,6 +87,22 @@ class Search {
     }
 
   private:
+    static std::vector<double> headings_of(const SearchWindow& window) {
+        std::vector<double> headings;
+        if (window.half_angle >= kPi) {
+            const int count = static_cast<int>(std::ceil(2.0 * kPi / window.angle_step));
+            for (int k = 0; k < count; ++k) {
+                headings.push_back(2.0 * kPi * k / count);
+            }
+            return headings;
+        }
+        const int steps = static_cast<int>(std::ceil(window.half_angle / window.angle_step));
+        for (int k = -steps; k <= steps; ++k) {
+            headings.push_back(k * window.angle_step);
+        }
+        return headings;
+    }
+
     RotatedQuery rotate(const Points& query, double heading) const {
         RotatedQuery rotated;
         rotated.heading = normalize_angle(heading);
@@ -156,7 +117,8 @@ class Search {
     }
 
     bool gave_up() {
-        result_.exhausted = result_.nodes > limits_.max_nodes;
+        const bool late = limits_.max_seconds > 0.0 && clock_.seconds() > limits_.max_seconds;
+        result_.exhausted = late || result_.nodes > limits_.max_nodes;
         return result_.exhausted;
     }
 
@@ -186,27 +148,57 @@ class Search {
         }
     }
 
+    bool is_allowed(int level, int x, int y) const {
+        return limits_.allowed == nullptr ||
+               limits_.allowed->at(level, allowed_center_.x + x, allowed_center_.y + y) > 0;
+    }
+
     void push(int level, int rotation, int x, int y) {
+        if (!is_allowed(level, x, y)) {
+            return;
+        }
         ++result_.nodes;
-        Node node{0, level, rotation, x, y};
-        for (const Cell& cell : rotations_[static_cast<std::size_t>(rotation)].cells) {
-            node.sum += pyramid_.at(level, cell.x + x, cell.y + y);
+        const double wanted = wanted_later();
+        const int sum =
+            sum_of(level, rotations_[static_cast<std::size_t>(rotation)].cells, x, y, wanted);
+        if (static_cast<double>(sum) >= wanted) {
+            open_.push({sum, level, rotation, x, y});
         }
-        if (static_cast<double>(node.sum) >= wanted_later()) {
-            open_.push(node);
+    }
+
+    // Gives up, with too little, as soon as `wanted` is out of reach.
+    int sum_of(int level, const std::vector<Cell>& cells, int x, int y, double wanted) const {
+        constexpr std::size_t kAtOnce = 16;
+        const std::uint8_t* const grid = pyramid_.cells(level).data();
+        const auto width = static_cast<unsigned>(pyramid_.geometry().width);
+        const auto height = static_cast<unsigned>(pyramid_.geometry().height);
+        int sum = 0;
+        for (std::size_t first = 0; first < cells.size(); first += kAtOnce) {
+            const std::size_t last = std::min(cells.size(), first + kAtOnce);
+            for (std::size_t i = first; i < last; ++i) {
+                const auto column = static_cast<unsigned>(cells[i].x + x);
+                const auto row = static_cast<unsigned>(cells[i].y + y);
+                if (column < width && row < height) {
+                    sum += grid[static_cast<std::size_t>(row) * width + column];
+                }
+            }
+            if (sum + kFull * static_cast<double>(cells.size() - last) < wanted) {
+                break;
+            }
         }
+        return sum;
     }
 
     // What the next pose must reach to be of interest: the best, and then its runner-up.
     double wanted_now() const {
-        return full_sum_ *
-               (result_.found ? limits_.runner_up_ratio * result_.score : limits_.min_score);
+        return full_sum_ * (result_.found ? limits_.runner_up_ratio * result_.places.front().score
+                                          : limits_.min_score);
     }
 
     // What is kept in the queue: a runner-up may score less than the least that the best must.
     double wanted_later() const {
         return full_sum_ * limits_.runner_up_ratio *
-               (result_.found ? result_.score : std::min(limits_.min_score, 1.0));
+               (result_.found ? result_.places.front().score : std::min(limits_.min_score, 1.0));
     }
 
     Pose2d pose_of(const Node& node) const {
@@ -215,15 +207,25 @@ class Search {
                 rotations_[static_cast<std::size_t>(node.rotation)].heading};
     }
 
-    // The whole block lies within the neighbourhood of the best: nothing in it is another place.
-    bool is_near_best(const Node& node) const {
+    // The whole block lies within the neighbourhood of one place: nothing in it is another.
+    bool is_known(const Node& node) const {
+        return std::any_of(result_.places.begin(), result_.places.end(),
+                           [&](const SearchPlace& place) { return is_near(node, place); });
+    }
+
+    bool is_near(const Node& node, const SearchPlace& place) const {
+        const double turned =
+            normalize_angle(rotations_[static_cast<std::size_t>(node.rotation)].heading -
+                            place.reference_from_query.heading);
+        if (std::abs(turned) > limits_.runner_up_angle) {
+            return false;
+        }
         const int last = (1 << node.level) - 1;
         for (const int y : {node.y, node.y + last}) {
             for (const int x : {node.x, node.x + last}) {
-                const Pose2d apart =
-                    between(result_.reference_from_query, pose_of({0, 0, node.rotation, x, y}));
-                if (apart.translation.norm() > limits_.runner_up_distance ||
-                    std::abs(apart.heading) > limits_.runner_up_angle) {
+                const Point2 there = pose_of({0, 0, node.rotation, x, y}).translation;
+                if ((there - place.reference_from_query.translation).norm() >
+                    limits_.runner_up_distance) {
                     return false;
                 }
             }
@@ -231,19 +233,12 @@ class Search {
         return true;
     }
 
-    // The first single pose to arrive is the best, the second (elsewhere) the runner-up; true when
-    // done.
+    // The first single pose to arrive is the best, those after it (elsewhere) are the next best;
+    // true when there are enough.
     bool accept(const Node& node) {
-        const double score = node.sum / full_sum_;
-        if (!result_.found) {
-            result_.found = true;
-            result_.score = score;
-            result_.reference_from_query = pose_of(node);
-            return false;
-        }
-        result_.runner_up_score = score;
-        result_.runner_up = pose_of(node);
-        return true;
+        result_.found = true;
+        result_.places.push_back({pose_of(node), node.sum / full_sum_});
+        return result_.places.size() >= limits_.max_places;
     }
 
     const LikelihoodPyramid& pyramid_;
@@ -252,38 +247,13 @@ class Search {
     double full_sum_;
     int reach_;
     std::vector<RotatedQuery> rotations_;
+    Cell allowed_center_;
+    Stopwatch clock_;
     std::priority_queue<Node, std::vector<Node>, Worse> open_;
     SearchResult result_;
 };
 
 }  // namespace
-
-LikelihoodPyramid::LikelihoodPyramid(const Points& reference, double resolution, double sigma,
-                                     int levels) {
-    if (reference.empty() || levels < 1 || levels > 12) {
-        throw Error("likelihood pyramid: needs points and 1 to 12 levels");
-    }
-    Point2 lower = reference.front();
-    Point2 upper = lower;
-    for (const Point2& point : reference) {
-        lower = lower.cwiseMin(point);
-        upper = upper.cwiseMax(point);
-    }
-    const BlurStamp stamp(resolution, sigma);
-    // The empty rim below and left is as wide as the largest block, so that a block that starts
-    // outside of the grid holds nothing but rim.
-    const double margin = resolution * (stamp.radius() + (1 << (levels - 1)) + 1);
-    geometry_ = GridGeometry::around(lower, upper, resolution, margin);
-    const auto cells =
-        static_cast<std::size_t>(geometry_.width) * static_cast<std::size_t>(geometry_.height);
-    grids_.emplace_back(cells, std::uint8_t{0});
-    for (const Point2& point : reference) {
-        stamp.apply(grids_.front(), geometry_, geometry_.cell_of(point));
-    }
-    for (int level = 1; level < levels; ++level) {
-        grids_.push_back(doubled(grids_.back(), geometry_, 1 << (level - 1)));
-    }
-}
 
 SearchResult branch_and_bound(const LikelihoodPyramid& pyramid, const Points& query,
                               const SearchWindow& window, const SearchLimits& limits) {

@@ -189,18 +189,18 @@ Closure LoopCloser::match(const Keyframes& keyframes, const PoseGraph& graph, st
     limits.runner_up_distance = config_.runner_up_distance;
     limits.runner_up_angle = config_.runner_up_angle;
     limits.max_nodes = static_cast<std::size_t>(config_.max_nodes);
-    const SearchResult best =
+    const SearchResult found =
         branch_and_bound(pyramid, one_per_cell(query, config_.resolution), window, limits);
-    closure.score = best.score;
-    closure.runner_up_score = best.runner_up_score;
-    closure.nodes = best.nodes;
-    closure.from_from_to = best.found ? best.reference_from_query : window.center;
-    if (!best.found) {
-        closure.verdict = best.exhausted ? ClosureVerdict::kExhausted : ClosureVerdict::kLowScore;
-    } else if (best.runner_up_score > 0.0) {
+    closure.runner_up_score = found.runner_up_score();
+    closure.nodes = found.nodes;
+    closure.score = found.places.empty() ? 0.0 : found.places.front().score;
+    closure.from_from_to = found.found ? found.places.front().reference_from_query : window.center;
+    if (!found.found) {
+        closure.verdict = found.exhausted ? ClosureVerdict::kExhausted : ClosureVerdict::kLowScore;
+    } else if (found.places.size() > 1) {
         closure.verdict = ClosureVerdict::kAmbiguous;
     } else {
-        refine(query, reference, best.reference_from_query, closure);
+        refine(query, reference, closure.from_from_to, closure);
         if (closure.verdict != ClosureVerdict::kIcpFailed) {
             judge(graph, uncertainty, closure);
         }

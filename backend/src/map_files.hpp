@@ -5,11 +5,13 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "hybrid_slam/backend/keyframe.hpp"
+#include "hybrid_slam/backend/likelihood_pyramid.hpp"
 #include "hybrid_slam/backend/pose_graph.hpp"
 
 namespace hybrid_slam {
 
 inline constexpr const char* kManifestName = "manifest.json";
+inline constexpr const char* kPyramidName = "pyramid.bin";
 
 /// Throws Error when it is not so.
 void expect_keyframe_per_node(const Keyframes& keyframes, const PoseGraph& graph);
@@ -19,6 +21,11 @@ void expect_keyframe_per_node(const Keyframes& keyframes, const PoseGraph& graph
 /// exactly such a file.
 void write_keyframes(const std::filesystem::path& file, const Keyframes& keyframes);
 Keyframes read_keyframes(const std::filesystem::path& file);
+
+/// pyramid.bin: the finest level, compressed; the others follow from it. Both throw Error as those
+/// of keyframes.
+void write_pyramid(const std::filesystem::path& file, const LikelihoodPyramid& pyramid);
+LikelihoodPyramid read_pyramid(const std::filesystem::path& file);
 
 /// Writes the manifest of all files in the folder. `facts` may hold whatever else is to be said.
 void write_manifest(const std::filesystem::path& folder, nlohmann::json facts);

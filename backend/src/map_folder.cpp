@@ -3,14 +3,11 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <cerrno>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -22,15 +19,13 @@
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/text_file.hpp"
 #include "map_files.hpp"
+#include "map_manifest.hpp"
 
 namespace hybrid_slam {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-constexpr const char* kFormat = "hybrid_slam map";
-constexpr std::size_t kMostManifest = std::size_t{1} << 26U;
 
 Error system_error(const fs::path& place, const std::error_code& code) {
     return Error(place.string() + ": " + code.message());
@@ -82,45 +77,9 @@ void sync_tree(const fs::path& root) {
     sync_folder(root);
 }
 
-std::string crc_of(const std::string& bytes) {
-    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): zlib counts in unsigned bytes
-    const auto* const data = reinterpret_cast<const Bytef*>(bytes.data());
-    return fmt::format("{:08x}", crc32_z(0, data, bytes.size()));
-}
-
-json fingerprint_of(const fs::path& place) {
-    const std::string bytes = read_whole_file(place, std::numeric_limits<std::size_t>::max());
-    return {{"bytes", bytes.size()}, {"crc32", crc_of(bytes)}};
-}
-
-json fingerprints_in(const fs::path& folder) {
-    json files = json::object();
-    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-        const std::string name = entry.path().lexically_relative(folder).generic_string();
-        if (entry.is_regular_file() && name != kManifestName) {
-            files[name] = fingerprint_of(entry.path());
-        }
-    }
-    return files;
-}
-
-/// Null when it is no JSON, or that of someone else.
-json parse_manifest(const std::string& text) {
-    json manifest = json::parse(text, nullptr, false);
-    const bool ours =
-        manifest.is_object() && manifest.contains("format") && manifest["format"] == json(kFormat);
-    return ours ? std::move(manifest) : json();
-}
-
-bool is_map_folder(const fs::path& folder) {
-    const fs::path place = folder / kManifestName;
-    return fs::is_regular_file(place) &&
-           !parse_manifest(read_whole_file(place, kMostManifest)).is_null();
-}
-
 // A map is replaced whole: what somebody else keeps beside it, the log perhaps, would be lost.
 void expect_nothing_foreign(const fs::path& folder) {
-    const json manifest = parse_manifest(read_whole_file(folder / kManifestName, kMostManifest));
+    const json manifest = manifest_in(folder);
     const json files = manifest.value("files", json::object());
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
         const std::string name = entry.path().lexically_relative(folder).generic_string();
@@ -138,7 +97,7 @@ void expect_replaceable(const fs::path& folder) {
     if (!fs::is_directory(folder)) {
         throw Error(folder.string() + ": is a file; a map needs a folder");
     }
-    if (is_map_folder(folder)) {
+    if (!manifest_in(folder).is_null()) {
         expect_nothing_foreign(folder);
         return;
     }
@@ -210,82 +169,6 @@ fs::path create_staging(const fs::path& folder) {
     return staging;
 }
 
-[[noreturn]] void fail_damaged(const fs::path& place, const std::string& why) {
-    throw Error(place.string() + ": damaged: " + why);
-}
-
-const json& member(const fs::path& place, const json& object, const char* key) {
-    if (!object.is_object() || !object.contains(key)) {
-        fail_damaged(place, fmt::format("'{}' is missing", key));
-    }
-    return object[key];
-}
-
-std::uint64_t count_of(const fs::path& place, const json& object, const char* key) {
-    const json& value = member(place, object, key);
-    if (!value.is_number_unsigned()) {
-        fail_damaged(place, fmt::format("'{}' is no count", key));
-    }
-    return value.get<std::uint64_t>();
-}
-
-/// What only the manifest can tell: is it ours, can we read it, is it whole.
-json read_manifest(const fs::path& folder) {
-    const fs::path place = folder / kManifestName;
-    if (!fs::is_directory(folder)) {
-        throw Error(folder.string() + ": there is no such folder");
-    }
-    if (!fs::exists(place)) {
-        throw Error(
-            fmt::format("{}: is no map folder, it has no {}", folder.string(), kManifestName));
-    }
-    json manifest = parse_manifest(read_whole_file(place, kMostManifest));
-    if (manifest.is_null()) {
-        throw Error(place.string() + ": damaged, or of another program");
-    }
-    const std::uint64_t version = count_of(place, manifest, "version");
-    if (version > kMapFormatVersion) {
-        throw Error(fmt::format("{}: the map has version {}, but this program reads maps up to {}",
-                                folder.string(), version, kMapFormatVersion));
-    }
-    const json crc = member(place, manifest, "crc32");
-    manifest.erase("crc32");
-    if (version < 1 || crc != json(crc_of(manifest.dump()))) {
-        fail_damaged(place, "its CRC-32 does not fit");
-    }
-    return manifest;
-}
-
-void check_file(const fs::path& folder, const std::string& name, const json& expected) {
-    const fs::path manifest = folder / kManifestName;
-    const fs::path place = folder / name;
-    const fs::path plain = fs::path(name).lexically_normal();
-    if (plain.is_absolute() || plain.empty() || *plain.begin() == "..") {
-        fail_damaged(manifest, fmt::format("'{}' is not in the folder", name));
-    }
-    if (!fs::is_regular_file(place)) {
-        throw Error(place.string() + ": is missing from the map");
-    }
-    const std::uint64_t bytes = count_of(manifest, expected, "bytes");
-    if (const std::uintmax_t size = fs::file_size(place); size != bytes) {
-        fail_damaged(place, fmt::format("{} bytes instead of {}", size, bytes));
-    }
-    if (fingerprint_of(place) != expected) {
-        fail_damaged(place, "its CRC-32 does not fit");
-    }
-}
-
-void check_files(const fs::path& folder, const json& manifest) {
-    const json& files = member(folder / kManifestName, manifest, "files");
-    for (const char* name :
-         {"keyframes.bin", "graph.g2o", "trajectory.tum", "map.yaml", "map.pgm"}) {
-        member(folder / kManifestName, files, name);
-    }
-    for (const auto& [name, expected] : files.items()) {
-        check_file(folder, name, expected);
-    }
-}
-
 void check_counts(const fs::path& folder, const json& manifest, const StoredMap& map) {
     const fs::path place = folder / kManifestName;
     const json& counts = member(place, manifest, "counts");
@@ -295,6 +178,17 @@ void check_counts(const fs::path& folder, const json& manifest, const StoredMap&
                        map.graph.nodes.size() == map.keyframes.size();
     if (!right) {
         fail_damaged(place, "its counts are not those of the files");
+    }
+}
+
+/// Those that a map may do without: its version has none, or it has nothing to put there.
+void read_optional_files(const fs::path& folder, const json& files, StoredMap& map) {
+    const fs::path odometry = folder / "odometry.tum";
+    if (files.contains("odometry.tum") && fs::file_size(odometry) > 0) {
+        map.odometry_trajectory = read_tum(odometry);
+    }
+    if (map.version >= 2 && files.contains(kPyramidName)) {
+        map.pyramid = read_pyramid(folder / kPyramidName);
     }
 }
 
@@ -328,21 +222,6 @@ void put_into_place(const fs::path& staging, const fs::path& folder, bool exchan
     }
 }
 
-void write_manifest(const fs::path& folder, json facts) {
-    facts["format"] = kFormat;
-    facts["version"] = kMapFormatVersion;
-    facts["files"] = told_plainly(folder, [&] { return fingerprints_in(folder); });
-    facts.erase("crc32");
-    try {
-        facts["crc32"] = crc_of(facts.dump());
-    } catch (const json::exception&) {
-        throw Error(folder.string() + ": the name of a file in it is not UTF-8");
-    }
-    TextFileWriter writer(folder / kManifestName);
-    writer.write(facts.dump(2) + "\n");
-    writer.close();
-}
-
 struct MapFolderWriter::Lock {
     Folder folder;
 };
@@ -370,10 +249,10 @@ void MapFolderWriter::commit() {
         return;
     }
     told_plainly(folder_, [&] {
-        if (!is_map_folder(staging_)) {
+        if (manifest_in(staging_).is_null()) {
             throw Error(folder_.string() + ": no map was written, so none can be put there");
         }
-        write_manifest(staging_, read_manifest(staging_));
+        write_manifest(staging_, read_map_manifest(staging_));
         sync_tree(staging_);
         expect_replaceable(folder_);
         std::error_code ignored;
@@ -391,7 +270,7 @@ void MapFolderWriter::commit() {
 
 StoredMap read_map(const fs::path& folder) {
     return told_plainly(folder, [&] {
-        const json manifest = read_manifest(folder);
+        const json manifest = read_map_manifest(folder);
         check_files(folder, manifest);
         StoredMap map;
         map.version = manifest["version"].get<int>();
@@ -399,6 +278,7 @@ StoredMap read_map(const fs::path& folder) {
         map.graph = read_g2o(folder / "graph.g2o").graph;
         map.trajectory = read_tum(folder / "trajectory.tum");
         map.grid = read_map_server(folder / "map.yaml");
+        read_optional_files(folder, manifest["files"], map);
         check_counts(folder, manifest, map);
         return map;
     });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "hybrid_slam/backend/map_folder.hpp"
@@ -118,9 +119,38 @@ class Bins {
     std::vector<Bin> bins_;  ///< in the order of their first points
 };
 
+constexpr double kWallResolution = 0.05;  ///< metres between the points of a wall
+constexpr double kLoneResolution = 0.15;  ///< metres; lone points this near to a wall are of it
+
+CellKey wall_cell(const Point2& point) {
+    const Eigen::Array2d cell = (point.array() / kLoneResolution).floor();
+    return {static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()), 0};
+}
+
+bool is_beside(const std::unordered_set<CellKey, CellHash>& walls, const Point2& point) {
+    const CellKey middle = wall_cell(point);
+    for (int i = 0; i < 9; ++i) {
+        if (walls.count({middle.x + i % 3 - 1, middle.y + i / 3 - 1, 0}) > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Free all around: what was there once has moved on.
+bool is_seen_through(const StateGrid& grid, const Point2& point) {
+    const Cell middle = grid.geometry.cell_of(point);
+    for (int i = 0; i < 9; ++i) {
+        if (grid.at({middle.x + i % 3 - 1, middle.y + i / 3 - 1}) != CellState::kFree) {
+            return false;
+        }
+    }
+    return true;
+}
+
 }  // namespace
 
-Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution) {
+Surface draw_surface(const Keyframes& keyframes, const PoseGraph& graph, double resolution) {
     expect_keyframe_per_node(keyframes, graph);
     if (!(resolution > 0.0)) {
         throw Error(fmt::format("map: points cannot be drawn in cells of {} m", resolution));
@@ -136,12 +166,39 @@ Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double re
     for (const Bin& bin : measured.bins()) {
         sharpened.add(measured.on_wall(bin), bin.normal(), bin.count);
     }
-    Points points;
-    points.reserve(sharpened.bins().size());
+    Surface surface;
+    surface.points.reserve(sharpened.bins().size());
+    surface.normals.reserve(sharpened.bins().size());
     for (const Bin& bin : sharpened.bins()) {
-        points.push_back(bin.mean());
+        surface.points.push_back(bin.mean());
+        surface.normals.push_back(bin.normal());
     }
-    return points;
+    return surface;
+}
+
+Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution) {
+    return draw_surface(keyframes, graph, resolution).points;
+}
+
+Surface draw_walls(const Keyframes& keyframes, const PoseGraph& graph, const StateGrid& grid) {
+    const Surface drawn = draw_surface(keyframes, graph, kWallResolution);
+    std::unordered_set<CellKey, CellHash> oriented_cells;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+        if (!drawn.normals[i].isZero(0.0)) {
+            oriented_cells.insert(wall_cell(drawn.points[i]));
+        }
+    }
+    Surface walls;
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+        const bool lone = drawn.normals[i].isZero(0.0);
+        if (is_seen_through(grid, drawn.points[i]) ||
+            (lone && is_beside(oriented_cells, drawn.points[i]))) {
+            continue;
+        }
+        walls.points.push_back(drawn.points[i]);
+        walls.normals.push_back(drawn.normals[i]);
+    }
+    return walls;
 }
 
 }  // namespace hybrid_slam

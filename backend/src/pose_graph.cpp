@@ -88,7 +88,8 @@ class CeresGraph {
         }
         for (const Prior& prior : graph.priors) {
             prior_costs_.emplace_back(prior.map_from_node, prior.information);
-            problem_.AddResidualBlock(&prior_costs_.back(), kernel, states_[prior.node].data());
+            problem_.AddResidualBlock(&prior_costs_.back(), prior.robust ? kernel : nullptr,
+                                      states_[prior.node].data());
         }
     }
 
@@ -151,7 +152,8 @@ double cost(const PoseGraph& graph, const std::vector<Pose2d>& nodes,
     for (const Prior& prior : graph.priors) {
         const Eigen::Vector3d r =
             between_residual(prior.map_from_node, Pose2d(), nodes[prior.node]);
-        sum += robust(r.dot(prior.information * r));
+        const double plain = r.dot(prior.information * r);
+        sum += prior.robust ? robust(plain) : plain;
     }
     return sum;
 }

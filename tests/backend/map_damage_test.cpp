@@ -88,8 +88,8 @@ TEST(MapFolder, AManifestThatDoesNotFitIsRefused) {
     edit_manifest(folder / "hall", [](json& manifest) { manifest["note"] = "may be more"; });
     EXPECT_NO_THROW(read_map(folder / "hall"));
 
-    EXPECT_THAT(error_after([](json& manifest) { manifest["version"] = 2; }),
-                AllOf(HasSubstr("version 2"), HasSubstr("up to 1")));
+    EXPECT_THAT(error_after([](json& manifest) { manifest["version"] = 3; }),
+                AllOf(HasSubstr("version 3"), HasSubstr("up to 2")));
     EXPECT_THAT(error_after([](json& manifest) { manifest["version"] = 0; }), HasSubstr("damaged"));
     EXPECT_THAT(error_after([](json& manifest) { manifest["version"] = -1.5; }),
                 HasSubstr("'version' is no count"));

@@ -113,6 +113,32 @@ TEST(DrawPoints, LieOnTheWallsAndNotAroundThem) {
     }
 }
 
+TEST(DrawSurface, FacesTheSideThatTheWallWasSeenFrom) {
+    SlamMap map;
+    Keyframe from_left;
+    Keyframe from_right;
+    for (int i = 0; i < 5; ++i) {
+        from_left.surface.points.emplace_back(2.0, 0.2 * i);
+        from_left.surface.normals.emplace_back(-1.0, 0.0);
+        from_right.surface.points.emplace_back(2.01, 0.2 * i);
+        from_right.surface.normals.emplace_back(1.0, 0.0);
+    }
+    from_left.surface.points.emplace_back(1.0, 1.0);
+    from_left.surface.normals.emplace_back(0.0, 0.0);
+    // The second pose is turned: normals turn with their points.
+    from_right.surface = transform(Pose2d(0.0, 0.0, 2.0).inverse(), from_right.surface);
+    map.keyframes = {from_left, from_right};
+    map.graph.nodes = {Pose2d(), Pose2d(0.0, 0.0, 2.0)};
+    const Surface drawn = draw_surface(map.keyframes, map.graph, 0.05);
+    ASSERT_EQ(drawn.size(), 11U);
+    for (std::size_t i = 0; i < drawn.size(); ++i) {
+        const Point2& point = drawn.points[i];
+        const double side = point.x() < 1.5 ? 0.0 : point.x() < 2.005 ? -1.0 : 1.0;
+        EXPECT_LT((drawn.normals[i] - Point2(side, 0.0)).norm(), 1e-9) << point.transpose();
+    }
+    EXPECT_EQ(drawn.points, draw_points(map.keyframes, map.graph, 0.05));
+}
+
 TEST(DrawPoints, StandInTheFileAsPly) {
     const TempFolder folder;
     const SlamMap map = room(30);

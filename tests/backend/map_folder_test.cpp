@@ -65,7 +65,12 @@ TEST(MapFolder, GivesBackWhatWasWritten) {
     const StateGrid grid = to_states(draw_grid(map.keyframes, map.graph));
     EXPECT_EQ(stored.grid.states, grid.states);
     EXPECT_EQ(stored.grid.geometry.origin, grid.geometry.origin);
-    EXPECT_THAT(read_tum(folder / "hall/odometry.tum"), SizeIs(map.odometry_trajectory.size()));
+    ASSERT_THAT(stored.odometry_trajectory, SizeIs(map.odometry_trajectory.size()));
+    EXPECT_THAT(stored.odometry_trajectory[3].pose,
+                PoseNear(map.odometry_trajectory[3].pose, 1e-8, 1e-10));
+    ASSERT_TRUE(stored.pyramid);
+    EXPECT_EQ(stored.pyramid->finest(),
+              search_pyramid(draw_walls(map.keyframes, map.graph, grid).points).finest());
 }
 
 TEST(MapFolder, SameMapGivesSameBytes) {
@@ -73,7 +78,7 @@ TEST(MapFolder, SameMapGivesSameBytes) {
     store(folder / "a", room(40));
     store(folder / "b", room(40));
     EXPECT_EQ(content_of(folder / "a"), content_of(folder / "b"));
-    EXPECT_THAT(content_of(folder / "a"), SizeIs(8));
+    EXPECT_THAT(content_of(folder / "a"), SizeIs(9));
 }
 
 TEST(MapFolder, WhatWasReadAndWrittenAgainHasTheSameKeyframes) {
@@ -89,11 +94,11 @@ TEST(MapFolder, ManifestSaysWhatIsThere) {
     store(folder / "hall", map);
     json manifest = json::parse(bytes_of(folder / "hall/manifest.json"));
     EXPECT_EQ(manifest["format"], "hybrid_slam map");
-    EXPECT_EQ(manifest["version"], 1);
+    EXPECT_EQ(manifest["version"], 2);
     EXPECT_EQ(manifest["counts"], (json{{"keyframes", 6}, {"edges", 6}, {"scans", 6}}));
     EXPECT_NEAR(manifest["bounds"]["lower"][0].get<double>(), -kHalfLength, 1e-9);
     EXPECT_NEAR(manifest["bounds"]["upper"][1].get<double>(), kHalfWidth, 1e-9);
-    EXPECT_THAT(manifest["files"], SizeIs(7));
+    EXPECT_THAT(manifest["files"], SizeIs(8));
     for (const auto& [name, said] : manifest["files"].items()) {
         const std::string bytes = bytes_of(folder / "hall" / name);
         EXPECT_EQ(said["bytes"], bytes.size()) << name;
@@ -231,7 +236,7 @@ TEST(MapFolder, WritesToTheFolderThatWeStandIn) {
     EXPECT_THAT(read_map(".").keyframes[0].surface.points, SizeIs(20));
     EXPECT_EQ(fs::current_path(), fs::canonical(folder / "here"));
     fs::current_path(before);
-    EXPECT_THAT(content_of(folder.path()), SizeIs(9));
+    EXPECT_THAT(content_of(folder.path()), SizeIs(10));
 }
 
 TEST(MapFolder, ReplacesNothingThatIsNoMap) {
@@ -298,8 +303,13 @@ TEST(MapFolder, AMapOfABlindLidarCanBeStored) {
     for (Keyframe& keyframe : map.keyframes) {
         keyframe.surface = {};
     }
+    map.odometry_trajectory.clear();
     store(folder / "dark", map);
-    EXPECT_THAT(read_map(folder / "dark").keyframes, SizeIs(6));
+    const StoredMap stored = read_map(folder / "dark");
+    EXPECT_THAT(stored.keyframes, SizeIs(6));
+    EXPECT_THAT(stored.odometry_trajectory, SizeIs(0));
+    EXPECT_FALSE(stored.pyramid);
+    EXPECT_FALSE(fs::exists(folder / "dark/pyramid.bin"));
 }
 
 }  // namespace

@@ -220,6 +220,21 @@ TEST(Optimize, KernelsHoldForPriors) {
     EXPECT_NEAR(graph.nodes[0].x(), 0.05, 0.05);
 }
 
+TEST(Optimize, KernelsLeavePriorsAloneThatAreNotRobust) {
+    PoseGraph graph;
+    graph.nodes.resize(1);
+    graph.priors.resize(3);
+    graph.priors[1].map_from_node = {0.1, 0.0, 0.0};
+    graph.priors[2].map_from_node = {50.0, 0.0, 0.0};
+    for (Prior& prior : graph.priors) {
+        prior.robust = false;
+    }
+    OptimizeOptions options = tight(LinearStart::kNone);
+    options.closure_kernel = RobustKernel::kCauchy;
+    optimize(graph, options);
+    EXPECT_NEAR(graph.nodes[0].x(), 50.1 / 3.0, 1e-6);
+}
+
 TEST(Optimize, TakesAGraphInSeveralParts) {
     PoseGraph graph = random_graph(12, 8, 3);
     const PoseGraph other = random_graph(13, 7, 3);

@@ -45,6 +45,19 @@ std::vector<std::string> vision_topics();
 /// images of a street; the speed of it all.
 int run_vision_benchmark(const VisionOptions& options, std::ostream& out);
 
+struct LocalizationOptions {
+    std::filesystem::path worlds;     ///< of config
+    std::filesystem::path shared;     ///< holds data/slam2d
+    int seeds = 10;                   ///< 1 to this, where there are several
+    std::size_t poses = 1000;         ///< random ones
+    std::vector<std::string> topics;  ///< of localization_topics
+};
+std::vector<std::string> localization_topics();
+
+/// Finds and keeps the place in stored maps: poses in simulated halls and real logs, accuracy and
+/// health of tracking, times.
+int run_localization_benchmark(const LocalizationOptions& options, std::ostream& out);
+
 /// Kills recorders, cuts and zeroes the last megabyte of a recording at every byte, and measures
 /// how fast recordings are written and read.
 int run_recording_benchmark(std::ostream& out);

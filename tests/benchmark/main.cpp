@@ -28,6 +28,9 @@ int main(int argc, char** argv) {
     hybrid_slam::VisionOptions vision;
     vision.worlds = HYBRID_SLAM_WORLDS_DIR;
     vision.topics = hybrid_slam::vision_topics();
+    hybrid_slam::LocalizationOptions localization;
+    localization.worlds = HYBRID_SLAM_WORLDS_DIR;
+    localization.topics = hybrid_slam::localization_topics();
     const std::vector<Part> all{
         {"pairs", [&] { return hybrid_slam::run_pairs_benchmark(shared, std::cout); }},
         {"graphs", [&] { return hybrid_slam::run_graphs_benchmark(shared, std::cout); }},
@@ -46,6 +49,12 @@ int main(int argc, char** argv) {
              vision.shared = shared;
              vision.overrides = overrides;
              return hybrid_slam::run_vision_benchmark(vision, std::cout);
+         }},
+        {"localization",
+         [&] {
+             localization.shared = shared;
+             localization.seeds = vision.seeds;
+             return hybrid_slam::run_localization_benchmark(localization, std::cout);
          }},
         {"recording", [&] { return hybrid_slam::run_recording_benchmark(std::cout); }},
         {"s300", [&] { return hybrid_slam::run_s300_benchmark(shared, megabytes, std::cout); }},
@@ -72,9 +81,14 @@ int main(int argc, char** argv) {
     app.add_option("--megabytes", megabytes, "of torture for s300")->check(CLI::Range(1.0, 1e6));
     app.add_option("--minutes", minutes, "of live and pipeline, in real time")
         ->check(CLI::Range(0.05, 1e4));
-    app.add_option("--seeds", vision.seeds, "of vision, 1 to this")->check(CLI::Range(1, 1000));
+    app.add_option("--seeds", vision.seeds, "of vision and localization, 1 to this")
+        ->check(CLI::Range(1, 1000));
     app.add_option("--topics", vision.topics, "of vision (all by default)")
         ->check(CLI::IsMember(hybrid_slam::vision_topics()));
+    app.add_option("--places", localization.topics, "of localization (all by default)")
+        ->check(CLI::IsMember(hybrid_slam::localization_topics()));
+    app.add_option("--poses", localization.poses, "random ones of localization")
+        ->check(CLI::Range(1, 1000000));
     CLI11_PARSE(app, argc, argv);
     int misses = 0;
     try {

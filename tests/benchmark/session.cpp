@@ -17,7 +17,6 @@ namespace hybrid_slam {
 namespace {
 
 constexpr double kStampTolerance = 0.001;           // seconds
-constexpr double kVisualWait = 0.2;                 // seconds, as for recordings
 constexpr double kRelationTranslationSigma = 0.05;  // metres
 constexpr double kRelationRotationSigma = radians(1.0);
 
@@ -125,7 +124,7 @@ SlamConfig slam_config(const std::vector<std::string>& overrides) {
 Session run_session(Source& source, const SlamConfig& config) {
     Session session;
     Slam slam(config);
-    FrameAssembler assembler(kVisualWait);
+    FrameAssembler assembler(FrameAssembler::kVisualWait);
     const auto process = [&session, &slam](const std::optional<Frame>& frame) {
         if (!frame) {
             return;

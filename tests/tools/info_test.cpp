@@ -199,14 +199,54 @@ TEST(Info, OfAMap) {
     record_drive(folder / "drive", {});
     run_well(folder, "map drive --out hall --quiet");
     const Outcome outcome = run_well(folder, "info hall");
-    EXPECT_THAT(outcome.out, HasSubstr("map        version 1, whole"));
+    EXPECT_THAT(outcome.out, HasSubstr("map        version 2, whole"));
+    EXPECT_THAT(outcome.out, HasSubstr("Z from drive\n"));
     EXPECT_THAT(outcome.out, HasSubstr("50 scans in 4 s, "));
+    EXPECT_THAT(outcome.out, HasSubstr("search     ready"));
+    EXPECT_THAT(outcome.out, HasSubstr("\n           keyframes.bin "));
     const Json json = run_well(folder, "info hall --json").json();
     EXPECT_EQ(json["kind"], "map");
     EXPECT_EQ(json["scans"], 50);
     EXPECT_NEAR(json["path_length_m"], 1.96, 0.1);
     EXPECT_GT(json["free_m2"], 50.0);
     EXPECT_LT(json["free_m2"], 112.0);
+    EXPECT_GT(json["occupied_m2"], 0.5);
+    EXPECT_LT(json["occupied_m2"], 8.0);
+    EXPECT_EQ(json["from"], "drive");
+    EXPECT_EQ(json["pyramid"], true);
+    EXPECT_EQ(json["file_bytes"].size(), json["files"]);
+    EXPECT_EQ(json["file_bytes"]["keyframes.bin"],
+              std::filesystem::file_size(folder / "hall/keyframes.bin"));
+}
+
+TEST(Info, OfAMapThatAnEarlierVersionWrote) {
+    const TempFolder folder;
+    const std::string golden = HYBRID_SLAM_SOURCE_DIR "/tests/backend/data/map_v1";
+    const Outcome outcome = run_well(folder, "info '" + golden + "'");
+    EXPECT_THAT(outcome.out, HasSubstr("map        version 1, whole"));
+    EXPECT_THAT(outcome.out, HasSubstr("graph      19 keyframes, 22 edges, 4 loop closures"));
+    EXPECT_THAT(outcome.out, HasSubstr("search     its pyramid is built each time"));
+}
+
+TEST(Info, OfAMapOfMapServer) {
+    const TempFolder folder;
+    folder.write("theirs.pgm",
+                 "P5 4 2 255\n" + std::string(5, '\xFE') + "\xCD" + std::string(2, '\0'));
+    folder.write("theirs.yaml",
+                 "image: theirs.pgm\nresolution: 0.5\norigin: [-1, 2, 0.5]\nnegate: 0\n"
+                 "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+    EXPECT_THAT(run_well(folder, "info theirs.yaml").out,
+                HasSubstr("size       2.0 m x 1.0 m in cells of 50 cm\n"
+                          "origin     x -1.00 m, y 2.00 m, yaw 28.6 deg\n"));
+    const Json json = run_well(folder, "info theirs.yaml --json").json();
+    EXPECT_EQ(json["kind"], "map_server");
+    EXPECT_EQ(json["free_m2"], 1.25);
+    EXPECT_EQ(json["unknown_m2"], 0.25);
+    EXPECT_EQ(json["occupied_m2"], 0.5);
+    std::filesystem::remove(folder / "theirs.pgm");
+    const Outcome broken = run(folder, "info theirs.yaml");
+    EXPECT_EQ(broken.code, 1);
+    EXPECT_THAT(broken.err, HasSubstr("theirs.pgm"));
 }
 
 TEST(Info, DamagedMapIsNamed) {

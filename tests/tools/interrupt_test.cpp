@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
-#include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <fstream>
-#include <thread>
 
+#include "child.hpp"
 #include "hybrid_slam/backend/map_folder.hpp"
 #include "running.hpp"
 
@@ -26,51 +24,6 @@ std::size_t write_long_log(const TempFolder& folder) {
     }
     return kTimes * read_tum(folder / "room.truth.tum").size();
 }
-
-/// The program as a child process.
-class Child {
-  public:
-    Child(const TempFolder& folder, const std::string& arguments) : pid_(fork()) {
-        if (pid_ == 0) {
-            const std::string command =
-                "exec '" HYBRID_SLAM_PROGRAM "' " + arguments + " > stdout.txt 2> stderr.txt";
-            if (chdir(folder.path().c_str()) == 0) {
-                execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-            }
-            _exit(127);
-        }
-    }
-
-    /// Until it catches SIGINT, as proc(5) tells, and a little longer.
-    void wait_until_it_catches_signals() const {
-        const std::string status_file = "/proc/" + std::to_string(pid_) + "/status";
-        for (int i = 0; i < 2000; ++i) {
-            std::ifstream status(status_file);
-            std::string word;
-            while (status >> word && word != "SigCgt:") {
-            }
-            unsigned long caught = 0;
-            status >> std::hex >> caught;
-            if (((caught >> (SIGINT - 1)) & 1U) == 1U) {
-                break;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(200));
-    }
-
-    void send(int signal) const { kill(pid_, signal); }
-
-    /// The status as waitpid has it.
-    int wait() const {
-        int status = 0;
-        waitpid(pid_, &status, 0);
-        return status;
-    }
-
-  private:
-    pid_t pid_;
-};
 
 class Interrupt : public ::testing::TestWithParam<int> {};
 

@@ -39,7 +39,7 @@ TEST(Map, WritesAMapThatCanBeReadAndIsTrue) {
         names_in(folder / "room"),
         (std::set<std::string>{"config.yaml", "graph.g2o", "graph.png", "keyframes.bin",
                                "manifest.json", "map.pgm", "map.png", "map.yaml", "odometry.tum",
-                               "points.ply", "summary.json", "trajectory.tum"}));
+                               "points.ply", "pyramid.bin", "summary.json", "trajectory.tum"}));
     const StoredMap map = read_map(folder / "room");
     EXPECT_EQ(map.keyframes.size(), map.graph.nodes.size());
     const TruthError error = truth_error(map.trajectory, read_tum(folder / "room.truth.tum"));

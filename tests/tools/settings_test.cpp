@@ -108,6 +108,43 @@ TEST(Settings, SeededVariantsKeepTheUsersValues) {
     EXPECT_DOUBLE_EQ(with_overrides(mine, variants[0].overrides).log.range_max, 20.0);
 }
 
+/// What the program's settings describe on their own must stay what the library describes.
+TEST(Settings, LocalizationHasTheKeysOfTheLibrary) {
+    Settings settings;
+    ConfigSchema ours;
+    describe(ours, settings);
+    LocalizationConfig config;
+    ConfigSchema theirs;
+    describe(theirs, config);
+    for (const ConfigField& field : theirs.fields()) {
+        const auto same =
+            std::find_if(ours.fields().begin(), ours.fields().end(),
+                         [&](const ConfigField& own) { return own.key == field.key; });
+        ASSERT_NE(same, ours.fields().end()) << field.key;
+        EXPECT_EQ(same->help, field.help) << field.key;
+        EXPECT_EQ(same->get(), field.get()) << field.key;
+    }
+}
+
+TEST(Settings, LocalizationTakesTheOdometryOfTheSession) {
+    const Settings settings = load_settings(
+        {}, {"icp.max_iterations=9", "tracking.window=7", "localization.query_path=4"});
+    const LocalizationConfig config = tools::localization_of(settings);
+    EXPECT_EQ(config.odometry.icp.max_iterations, 9);
+    EXPECT_EQ(config.tracking.window, 7);
+    EXPECT_DOUBLE_EQ(config.query_path, 4.0);
+}
+
+TEST(Settings, OtherDefaultsHoldForWhatNothingSays) {
+    Settings defaults;
+    defaults.localization.relocalization.max_seconds = 0.5;
+    const auto seconds = [&](const tools::Overrides& overrides) {
+        return load_settings({}, overrides, defaults).localization.relocalization.max_seconds;
+    };
+    EXPECT_DOUBLE_EQ(seconds({}), 0.5);
+    EXPECT_DOUBLE_EQ(seconds({"relocalization.max_seconds=0"}), 0.0);
+}
+
 TEST(Settings, OverridesBeatTheFile) {
     const TempFolder folder;
     const auto file =

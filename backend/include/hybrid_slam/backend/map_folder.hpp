@@ -3,14 +3,16 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 
+#include "hybrid_slam/backend/likelihood_pyramid.hpp"
 #include "hybrid_slam/backend/slam.hpp"
 #include "hybrid_slam/core/occupancy_grid.hpp"
 
 namespace hybrid_slam {
 
 /// The version of the folder's format that we write; all versions from 1 to this one can be read.
-inline constexpr int kMapFormatVersion = 1;
+inline constexpr int kMapFormatVersion = 2;
 
 /// Builds a map folder beside its final place and moves it there in one step, so that a crash, a
 /// full disk or an interruption never leaves half a map or harms the one before.
@@ -45,8 +47,9 @@ class MapFolderWriter {
 };
 
 /// Writes into an existing folder: keyframes.bin, graph.g2o, trajectory.tum, odometry.tum,
-/// map.yaml, map.pgm, points.ply and manifest.json. The same map gives the same bytes. Throws Error
-/// for a map without keyframes or scans, or with another number of keyframes than of nodes.
+/// map.yaml, map.pgm, points.ply, pyramid.bin (unless nothing was seen) and manifest.json. The same
+/// map gives the same bytes. Throws Error for a map without keyframes or scans, or with another
+/// number of keyframes than of nodes.
 void write_map(const std::filesystem::path& folder, const SlamMap& map,
                const OccupancyGridConfig& grid_config = {});
 
@@ -57,7 +60,10 @@ struct StoredMap {
     Keyframes keyframes;
     PoseGraph graph;
     Trajectory trajectory;
+    Trajectory odometry_trajectory;
     StateGrid grid;
+    /// Of draw_walls, to search the map by; not in folders of version 1 and of a blind lidar.
+    std::optional<LikelihoodPyramid> pyramid;
 };
 
 /// Reads a map folder. Throws Error in one line for a folder that is no map, a newer version, a
@@ -70,9 +76,16 @@ StoredMap read_map(const std::filesystem::path& folder);
 OccupancyGrid draw_grid(const Keyframes& keyframes, const PoseGraph& graph,
                         const OccupancyGridConfig& config = {});
 
-/// The points of all keyframes at the poses of the graph, one for each cell of `resolution` metres
-/// and side of a wall: the mean of those in it, moved across the wall to where all that was
-/// measured within 12 cm says that it is. Where no direction is known it is the mean alone.
+/// The surfaces of all keyframes at the poses of the graph, one for each cell of `resolution`
+/// metres and side of a wall: the mean of those in it, moved across the wall to where all that was
+/// measured within 12 cm says that it is. Where no direction is known it is the mean alone. Normals
+/// face the side that the wall was seen from.
+Surface draw_surface(const Keyframes& keyframes, const PoseGraph& graph, double resolution);
+/// The points of that.
 Points draw_points(const Keyframes& keyframes, const PoseGraph& graph, double resolution);
+
+/// What to localize against: the surface in steps of 5 cm, without what the grid of the same map
+/// says has moved on, and without points of unknown direction beside walls.
+Surface draw_walls(const Keyframes& keyframes, const PoseGraph& graph, const StateGrid& grid);
 
 }  // namespace hybrid_slam

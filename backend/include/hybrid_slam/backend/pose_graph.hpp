@@ -29,6 +29,9 @@ struct Prior {
     std::size_t node = 0;
     Pose2d map_from_node;
     Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
+    /// Under the kernel of the options. False for what sums up many measurements, as a marginalised
+    /// past: a kernel would let go of all of them at once.
+    bool robust = true;
 };
 
 struct PoseGraph {
@@ -50,7 +53,8 @@ enum class LinearStart {
 
 struct OptimizeOptions {
     LinearStart start = LinearStart::kChordal;
-    RobustKernel closure_kernel = RobustKernel::kNone;  ///< on edges of kind kClosure and on priors
+    RobustKernel closure_kernel =
+        RobustKernel::kNone;    ///< on edges of kind kClosure and on robust priors
     double kernel_scale = 1.0;  ///< of the whitened residual's norm (sigmas)
     int max_iterations = 100;
     double function_tolerance = 1e-6;  ///< relative change of the cost

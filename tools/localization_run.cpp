@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "localization_run.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "frame_stream.hpp"
+#include "hybrid_slam/core/error.hpp"
+#include "interrupt.hpp"
+
+namespace hybrid_slam::tools {
+namespace {
+
+/// The loop over one input.
+class Runner {
+  public:
+    Runner(Input& input, Localizer& localizer, LocalizationLog& log, LocalizationMonitor& monitor)
+        : input_(input), stream_(input), localizer_(localizer), log_(log), monitor_(monitor) {}
+
+    bool saw_anything() const { return stream_.saw_anything(); }
+
+    LocalizationRun run() {
+        Stopwatch read_clock;
+        while (!run_.interrupted) {
+            const std::optional<DriveStep> step = stream_.next();
+            if (!step) {
+                break;
+            }
+            if (step->motion) {
+                follow(*step->motion);
+            }
+            if (step->frame) {
+                run_.read.add(read_clock.seconds());
+                process(*step->frame);
+                read_clock = Stopwatch();
+            }
+            run_.interrupted = interrupted();
+        }
+        log_.save();
+        run_.scans = stream_.frames();
+        run_.recorded = stream_.recorded();
+        run_.input = input_.counts();
+        run_.warnings = input_.warnings();
+        run_.vision = watch_.finish();
+        return std::move(run_);
+    }
+
+  private:
+    void follow(const VisualMotion& motion) {
+        watch_.see(motion);
+        if (const std::optional<PredictedPose> pose = localizer_.predict(motion)) {
+            run_.camera_poses.push_back({pose->stamp, pose->map_from_robot});
+        }
+    }
+
+    void process(const Frame& frame) {
+        const Stopwatch clock;
+        const LocalizationResult result = localizer_.process(frame);
+        run_.scan.add(clock.seconds());
+        log_.add(result);
+        count(result);
+        monitor_.look(result, {input_.source().progress(), stream_.frames(), stream_.recorded()});
+    }
+
+    void count(const LocalizationResult& result) {
+        first_stamp_ = first_stamp_.value_or(result.stamp);
+        if (stream_.frames() > 1) {
+            watch_.see_scan(result.visual_lag);
+            ++run_.priors_used[std::string(to_string(result.prior_used))];
+        }
+        ++run_.statuses[std::string(to_string(result.status))];
+        if (is_trusted(result)) {
+            run_.found_after = run_.found_after.value_or(result.stamp - *first_stamp_);
+            ++run_.trusted;
+            run_.score_sum += result.score;
+            run_.unmapped_sum += result.fit.unmapped;
+            run_.misfit_sum += result.fit.rms;
+        }
+        if (result.jump) {
+            run_.jumps.push_back(*result.jump);
+        }
+        if (result.relocalization) {
+            count(*result.relocalization);
+        }
+        keep(result);
+    }
+
+    void count(const Relocalization& relocalization) {
+        run_.last_verdict = relocalization.verdict;
+        run_.most_nodes = std::max(run_.most_nodes, relocalization.nodes);
+        if (relocalization.nodes > 0) {
+            ++run_.searches[std::string(to_string(relocalization.verdict))];
+        }
+    }
+
+    void keep(const LocalizationResult& result) {
+        if (result.map_from_robot) {
+            run_.trajectory.push_back({result.stamp, *result.map_from_robot});
+            run_.way.push_back({*result.map_from_robot, result.status, was_known_ && !result.jump});
+        }
+        was_known_ = result.map_from_robot.has_value();
+    }
+
+    Input& input_;
+    FrameStream stream_;
+    Localizer& localizer_;
+    LocalizationLog& log_;
+    LocalizationMonitor& monitor_;
+    VisionWatch watch_;
+    LocalizationRun run_;
+    std::optional<double> first_stamp_;
+    bool was_known_ = false;
+};
+
+}  // namespace
+
+std::size_t LocalizationRun::with(LocalizationStatus status) const {
+    const auto found = statuses.find(std::string(to_string(status)));
+    return found == statuses.end() ? 0 : found->second;
+}
+
+double LocalizationRun::share_of(LocalizationStatus status) const {
+    return scans == 0 ? 0.0 : static_cast<double>(with(status)) / static_cast<double>(scans);
+}
+
+double LocalizationRun::mean_of(double sum) const {
+    return trusted == 0 ? 0.0 : sum / static_cast<double>(trusted);
+}
+
+LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
+                                 LocalizationLog& log, LocalizationMonitor& monitor) {
+    const Stopwatch clock;
+    const double cpu_at_start = cpu_seconds();
+    Runner runner(input, localizer, log, monitor);
+    LocalizationRun run = runner.run();
+    if (!runner.saw_anything()) {
+        throw Error(name + ": no usable scan in it");
+    }
+    run.name = name;
+    run.total = clock.seconds();
+    run.cpu = cpu_seconds() - cpu_at_start;
+    return run;
+}
+
+}  // namespace hybrid_slam::tools

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "commands.hpp"
+#include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/recording/recording.hpp"
+#include "interrupt.hpp"
+#include "last_pose.hpp"
+#include "live_input.hpp"
+#include "localization_report.hpp"
+#include "localization_run.hpp"
+#include "map_identity.hpp"
+#include "messages.hpp"
+#include "place_pictures.hpp"
+#include "place_report.hpp"
+#include "run_folder.hpp"
+#include "visual_input.hpp"
+
+namespace hybrid_slam::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct LocalizeOptions {
+    CommonOptions common;
+    fs::path map;
+    fs::path drive;  ///< log or recording; empty with --live
+    bool live = false;
+    RobotOptions robot;
+    fs::path out;
+    std::vector<double> initial_pose;                 ///< empty, or x, y (metres) and yaw (degrees)
+    std::vector<double> initial_sigma = {0.5, 10.0};  ///< metres, degrees
+    fs::path resume;
+    YardstickFiles yardstick;
+    fs::path map_truth;
+    fs::path config;
+    Overrides overrides;
+};
+
+constexpr double kLiveSearch = 0.5;  ///< seconds of a search at most, unless configured
+
+// How far a vehicle may have rolled, or been pushed, since its last pose.
+constexpr double kRolled = 0.1;           ///< metres
+constexpr double kTurned = radians(2.0);  ///< radians
+
+constexpr auto kFooter =
+    R"(MAP is a map folder, or the .yaml file of a map_server map that somebody else made.
+Without --initial-pose and --resume the start is unknown, and the whole map is searched.
+Files of the run folder:
+  trajectory.tum     pose in the map at each scan, while known   localize.png   the map with the way driven
+  camera_poses.tum   the same at each image                      summary.json   what the terminal says, and more
+  poses.csv          each scan: status, pose, sigmas, fit        config.yaml    effective configuration
+  events.jsonl       searches, jumps, changes of the status      last_pose.json for --resume
+Exit codes: 0 done; 5 never found, several places look alike; 6 never found, not in this map;
+            1 bad input or another failure; 2 wrong usage; 3 interrupted (live 0), all is saved.
+Examples:
+  hybrid-slam localize hall/ drive2/ --out run2/
+  hybrid-slam localize hall/ drive2/ --out run2/ --initial-pose=1.5,-2,90 --initial-sigma 0.5,10
+  hybrid-slam localize hall/ --live --robot config/robots/forklift.yaml --out run/ --resume run/
+  hybrid-slam localize hall/ drive2/ --out run2/ --map-truth drive1/truth.tum --json | jq .truth
+docs/localization.md tells more.
+)";
+
+/// Where the run begins in the map, if that is known.
+struct Start {
+    std::optional<Pose2d> map_from_robot;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    Json event;
+};
+
+Eigen::Matrix3d diagonal(double metres, double angle) {
+    return Eigen::Vector3d(metres * metres, metres * metres, angle * angle).asDiagonal();
+}
+
+fs::path last_pose_file(const fs::path& place) {
+    return fs::is_directory(place) ? place / RunFiles::kLastPose : place;
+}
+
+bool resumes_itself(const LocalizeOptions& options) {
+    std::error_code ignored;
+    return !options.resume.empty() && fs::weakly_canonical(options.resume, ignored) ==
+                                          fs::weakly_canonical(options.out, ignored);
+}
+
+Start resumed(const LocalizeOptions& options, const std::string& identity) {
+    const fs::path file = last_pose_file(options.resume);
+    if (resumes_itself(options) && !fs::exists(file)) {
+        // What always starts so has to start a first time.
+        print_info(options.resume.string() + ": no last pose there yet; the start is unknown");
+        return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
+    }
+    const LastPose last = read_last_pose(file);
+    if (last.map_identity != identity) {
+        throw Error(fmt::format("{}: is a pose in another map ('{}'), not in '{}'", file.string(),
+                                last.map, options.map.string()));
+    }
+    Start start;
+    start.map_from_robot = last.map_from_robot;
+    start.covariance = last.covariance + diagonal(kRolled, kTurned);
+    start.event = {{"event", "start"},
+                   {"from", "last pose"},
+                   {"pose", to_json(last.map_from_robot)},
+                   {"stamp", last.stamp}};
+    return start;
+}
+
+Start start_of(const LocalizeOptions& options, const std::string& identity) {
+    if (!options.resume.empty()) {
+        return resumed(options, identity);
+    }
+    if (options.initial_pose.empty()) {
+        return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
+    }
+    const std::vector<double>& pose = options.initial_pose;
+    Start start;
+    start.map_from_robot = Pose2d(pose[0], pose[1], normalize_angle(radians(pose[2])));
+    start.covariance = diagonal(options.initial_sigma[0], radians(options.initial_sigma[1]));
+    start.event = {
+        {"event", "start"}, {"from", "initial pose"}, {"pose", to_json(*start.map_from_robot)}};
+    return start;
+}
+
+Settings settings_of(const LocalizeOptions& options) {
+    Settings defaults;
+    if (options.live) {
+        defaults.localization.relocalization.max_seconds = kLiveSearch;
+    }
+    return load_settings(options.config, options.overrides, defaults);
+}
+
+std::unique_ptr<Input> input_of(const LocalizeOptions& options, const Settings& settings) {
+    const bool images = uses_images(settings);
+    return with_vision(options.live
+                           ? open_live_input(robot_of(options.robot), images)
+                           : open_input(options.drive, settings.log, options.robot.robot, images),
+                       settings.vision);
+}
+
+/// The poses seen from where the truth counts from: a map made of a drive whose truth is known
+/// lies where that puts it.
+Trajectory in_truth(const LocalizeOptions& options, const Trajectory& trajectory) {
+    const fs::path mapped = options.map / "trajectory.tum";
+    if (!fs::exists(mapped)) {
+        throw Error(options.map.string() + ": has no trajectory.tum, which --map-truth needs");
+    }
+    const Pose2d truth_from_map =
+        truth_error(read_tum(mapped), read_tum(options.map_truth)).truth_from_estimate;
+    Trajectory moved;
+    for (const StampedPose& pose : trajectory) {
+        moved.push_back({pose.stamp, truth_from_map * pose.pose});
+    }
+    return moved;
+}
+
+std::optional<RunTruth> measure(const LocalizeOptions& options, const LocalizationRun& run) {
+    YardstickFiles files = options.yardstick;
+    if ((files.truth.empty() && files.relations.empty()) || run.trajectory.size() < 2) {
+        return std::nullopt;
+    }
+    try {
+        const bool placed = !options.map_truth.empty() && files.relations.empty();
+        files.alignment = placed ? TruthAlignment::kNone : files.alignment;
+        const Yardstick yardstick(files);
+        std::string how = yardstick.description();
+        if (placed) {
+            how += ", which " + options.map_truth.string() + " ties to the map";
+        } else if (files.relations.empty() && files.alignment != TruthAlignment::kNone) {
+            how += ": the map's frame is its own (--map-truth ties it to the truth)";
+        }
+        return RunTruth{
+            yardstick.measure(placed ? in_truth(options, run.trajectory) : run.trajectory), how};
+    } catch (const Error& error) {
+        print_warning(std::string("not held against the truth: ") + error.what());
+        return std::nullopt;
+    }
+}
+
+void draw_way(const RunFolder& folder, const LocalizeOptions& options, const ReferenceMap& map,
+              const LocalizationRun& run) {
+    const std::string subtitle = fmt::format(
+        "{} in {}; {:.1f} % tracking, {:.1f} % degraded; {}", counted(run.scans, "scan"),
+        duration_text(run.recorded), 100.0 * run.share_of(LocalizationStatus::kTracking),
+        100.0 * run.share_of(LocalizationStatus::kDegraded), counted(run.jumps.size(), "jump"));
+    draw(WayPicture{run.name + " in " + name_of(options.map), subtitle, map, run.way, run.jumps})
+        .write_png(folder / RunFiles::kPicture);
+}
+
+Json write_files(const RunFolder& folder, const LocalizeOptions& options, const ReferenceMap& map,
+                 const LocalizationRun& run, const std::optional<RunTruth>& truth) {
+    if (!run.trajectory.empty()) {
+        write_tum(folder / RunFiles::kTrajectory, run.trajectory);
+    }
+    if (!run.camera_poses.empty()) {
+        write_tum(folder / RunFiles::kCameraPoses, run.camera_poses);
+    }
+    draw_way(folder, options, map, run);
+    Json summary = {{"format", kRunFormat},
+                    {"version", kRunVersion},
+                    {"finished", true},
+                    {"program", "hybrid-slam " HYBRID_SLAM_VERSION},
+                    {"map", {{"path", options.map.string()}, {"identity", identity_of(map)}}}};
+    summary.update(summary_of(run, truth));
+    replace_text(folder / RunFiles::kSummary,
+                 summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    return summary;
+}
+
+int exit_code_of(const LocalizationRun& run) {
+    if (run.interrupted) {
+        return kInterrupted;
+    }
+    if (run.found_after) {
+        return kOk;
+    }
+    return run.last_verdict.value_or(PlaceVerdict::kNotInMap) == PlaceVerdict::kNotInMap
+               ? kNotInMap
+               : kAmbiguous;
+}
+
+LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options,
+                         const Settings& settings, const std::shared_ptr<const ReferenceMap>& map) {
+    const std::string identity = identity_of(*map);
+    const Start start = start_of(options, identity);
+    Localizer localizer(map, localization_of(settings));
+    if (start.map_from_robot) {
+        localizer.start_at(*start.map_from_robot, start.covariance);
+    }
+    const std::unique_ptr<Input> input = input_of(options, settings);
+    LocalizationLog::Start log_start;
+    log_start.last_pose.map = options.map.string();
+    log_start.last_pose.map_identity = identity;
+    log_start.keep_last_pose = resumes_itself(options);
+    log_start.event = start.event;
+    log_start.config = to_yaml(settings);
+    LocalizationLog log(folder, std::move(log_start));
+    const std::string name = options.live ? "live drive" : name_of(options.drive);
+    LocalizationMonitor monitor(name, options.live, options.common.quiet);
+    return run_localization(*input, name, localizer, log, monitor);
+}
+
+int run_localize(const LocalizeOptions& options) {
+    const Settings settings = settings_of(options);
+    catch_interrupts();
+    const RunFolder folder(options.out);
+    const std::shared_ptr<const ReferenceMap> map = read_reference_map(options.map);
+    LocalizationRun run = run_into(folder, options, settings, map);
+    run.interrupted = run.interrupted && !options.live;
+    if (!run.warnings.empty()) {
+        print_info(fmt::format("{}: {}", run.name, fmt::join(run.warnings, "; ")));
+    }
+    for (const std::string& warning : run.vision.warnings()) {
+        print_warning(warning);
+    }
+    if (run.interrupted) {
+        print_warning("interrupted; all up to there is saved");
+    }
+    const std::optional<RunTruth> truth = measure(options, run);
+    const Json summary = write_files(folder, options, *map, run, truth);
+    if (options.common.json) {
+        print_json(summary);
+    } else {
+        print_result(summary_text(run, truth) + "\nrun        " + options.out.string());
+    }
+    return exit_code_of(run);
+}
+
+/// A simulated recording brings the truth along.
+void take_own_truth(LocalizeOptions& options) {
+    const fs::path own = options.drive / RecordingFiles::kTruth;
+    if (!options.live && options.yardstick.truth.empty() && options.yardstick.relations.empty() &&
+        fs::exists(own)) {
+        options.yardstick.truth = own;
+    }
+}
+
+void check_usage(const LocalizeOptions& options) {
+    if (options.live != options.drive.empty()) {
+        throw CLI::RequiredError("either DRIVE or --live");
+    }
+    const RobotOptions& robot = options.robot;
+    if (!options.live && (!robot.lidar.empty() || !robot.camera.empty() || robot.no_camera)) {
+        throw CLI::RequiresError("--lidar, --camera and --no-camera", "--live");
+    }
+    for (const double value : options.initial_pose) {
+        if (!std::isfinite(value)) {
+            throw CLI::ValidationError("--initial-pose", "must be three numbers");
+        }
+    }
+    const std::vector<double>& sigma = options.initial_sigma;
+    if (!(sigma[0] > 0.0 && sigma[0] < 1e3 && sigma[1] > 0.0 && sigma[1] < 1e3)) {
+        throw CLI::ValidationError("--initial-sigma", "must be two numbers above 0");
+    }
+}
+
+void add_start_options(CLI::App& command, LocalizeOptions& options) {
+    CLI::Option* pose =
+        command
+            .add_option("--initial-pose", options.initial_pose,
+                        "Pose in the map at the first scan: metres, metres, degrees")
+            ->delimiter(',')
+            ->expected(3)
+            ->type_name("X,Y,YAW");
+    command
+        .add_option("--initial-sigma", options.initial_sigma,
+                    "How sure that is: metres, degrees (0.5,10)")
+        ->delimiter(',')
+        ->expected(2)
+        ->needs(pose)
+        ->type_name("M,DEG");
+    command
+        .add_option("--resume", options.resume,
+                    "Starts where an earlier run ended: its folder, or a last_pose.json")
+        ->excludes(pose)
+        ->type_name("RUN");
+}
+
+}  // namespace
+
+void add_localize_command(CLI::App& program, Action& action) {
+    const auto options = std::make_shared<LocalizeOptions>();
+    CLI::App* command =
+        program.add_subcommand("localize", "Find and keep the place in a stored map along a drive");
+    command->add_option("MAP", options->map, "Folder of a map, or .yaml file of a map_server map")
+        ->required()
+        ->type_name("");
+    command
+        ->add_option("DRIVE", options->drive, "Folder of a recording, or CARMEN log (plain or .gz)")
+        ->type_name("");
+    command->add_flag("--live", options->live, "What the robot's devices say now, until Ctrl-C");
+    add_robot_options(*command, options->robot);
+    command->add_option("-o,--out", options->out, "Folder of the run; a run in it is replaced")
+        ->required()
+        ->type_name("DIR");
+    add_start_options(*command, *options);
+    add_yardstick_options(*command, options->yardstick, 0);
+    command
+        ->add_option("--map-truth", options->map_truth,
+                     "True trajectory (TUM) of the drive that the map was made from: then no "
+                     "alignment hides an error")
+        ->type_name("FILE");
+    command
+        ->add_option("-c,--config", options->config,
+                     "Configuration (YAML); config/default.yaml has all keys")
+        ->type_name("FILE");
+    add_set_option(*command, options->overrides, "tracking.window=20");
+    add_common_options(*command, options->common);
+    command->footer(kFooter);
+    command->callback([options, &action] {
+        check_usage(*options);
+        take_own_truth(*options);
+        action = [options] { return run_localize(*options); };
+    });
+}
+
+}  // namespace hybrid_slam::tools
