@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -60,6 +61,10 @@ MapArea area_of(const CropOptions& options) {
             area.polygon.push_back(corner_of(corner));
         }
         return area;
+    }
+    if (!std::all_of(options.box.begin(), options.box.end(),
+                     [](double corner) { return std::isfinite(corner); })) {
+        throw Error("--box: must be four numbers");
     }
     const auto [x0, x1] = std::minmax(options.box[0], options.box[2]);
     const auto [y0, y1] = std::minmax(options.box[1], options.box[3]);

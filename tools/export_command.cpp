@@ -20,6 +20,7 @@
 #include "hybrid_slam/core/text_file.hpp"
 #include "hybrid_slam/localization/reference_map.hpp"
 #include "messages.hpp"
+#include "output_guard.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -118,14 +119,6 @@ bool is_of(Format format, const fs::path& file) {
     throw Error(file.string() + ": " + why + ", so it is not replaced; name another --out");
 }
 
-/// The folder of a map or a recording.
-bool is_ours(const fs::path& folder) {
-    constexpr std::size_t kMostBytes = std::size_t{1} << 26U;
-    const fs::path manifest = folder / "manifest.json";
-    return fs::is_regular_file(manifest) &&
-           read_whole_file(manifest, kMostBytes).find("\"hybrid_slam ") != std::string::npos;
-}
-
 fs::path image_beside(const fs::path& yaml) {
     fs::path image = yaml;
     return image.replace_extension(".pgm");
@@ -135,7 +128,7 @@ fs::path image_beside(const fs::path& yaml) {
 void expect_replaceable(const ExportOptions& options, const FormatNames& names) {
     const fs::path target = replaceable_file(options.out);
     const fs::path folder = fs::absolute(target).parent_path();
-    if (is_ours(folder)) {
+    if (is_map_or_recording(folder)) {
         throw Error(
             fmt::format("{}: a map or recording is in that folder, nothing may be put "
                         "beside its files; name another --out",

@@ -27,7 +27,7 @@ double correlation(const Eigen::Matrix3d& covariance, int a, int b) {
     return scale > 0.0 ? covariance(a, b) / scale : 0.0;
 }
 
-/// Six fields and a comma; empty ones while the pose is not known.
+/// Nine fields, each with a comma behind it; empty while the pose is not known.
 std::string pose_fields(const LocalizationResult& result) {
     if (!result.map_from_robot) {
         return ",,,,,,,,,";

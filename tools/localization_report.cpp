@@ -40,6 +40,14 @@ Json statuses_json(const LocalizationRun& run) {
     return statuses;
 }
 
+Json searches_json(const LocalizationRun& run) {
+    Json searches = Json::object();
+    for (const auto& [verdict, count] : run.searches) {
+        searches[std::string(to_string(verdict))] = count;
+    }
+    return searches;
+}
+
 Json timings_json(const LocalizationRun& run) {
     return {{"scan_mean_ms", milliseconds(run.scan.mean())},
             {"slowest_scan_ms", milliseconds(run.scan.longest)},
@@ -64,9 +72,12 @@ std::string place_text(const LocalizationRun& run) {
     if (run.found_after) {
         return fmt::format("found after {:.1f} s", *run.found_after);
     }
-    return fmt::format(
-        "never found{}",
-        run.last_verdict ? fmt::format("; at last: {}", words_for(*run.last_verdict)) : "");
+    std::string said;
+    for (const auto& [verdict, count] : run.searches) {
+        said += fmt::format("{} {} x {}", said.empty() ? ":" : ",", count, words_for(verdict));
+    }
+    return "never found, " + words_for(run.why_not_found()) + " (searches" +
+           (said.empty() ? ": none" : said) + ")";
 }
 
 std::string shares_text(const LocalizationRun& run) {
@@ -108,7 +119,7 @@ Json summary_of(const LocalizationRun& run, const std::optional<RunTruth>& truth
             {"found_after_s", run.found_after ? Json(rounded(*run.found_after)) : Json()},
             {"statuses", statuses_json(run)},
             {"jumps", {{"count", run.jumps.size()}, {"largest_m", rounded(largest_jump(run))}}},
-            {"searches", {{"by_verdict", run.searches}, {"most_nodes", run.most_nodes}}},
+            {"searches", {{"by_verdict", searches_json(run)}, {"most_nodes", run.most_nodes}}},
             {"mean_score", rounded(run.mean_of(run.score_sum))},
             {"mean_unmapped", rounded(run.mean_of(run.unmapped_sum))},
             {"mean_misfit_rms_m", rounded(run.mean_of(run.misfit_sum))},

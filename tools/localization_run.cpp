@@ -86,10 +86,9 @@ class Runner {
     }
 
     void count(const Relocalization& relocalization) {
-        run_.last_verdict = relocalization.verdict;
         run_.most_nodes = std::max(run_.most_nodes, relocalization.nodes);
         if (relocalization.nodes > 0) {
-            ++run_.searches[std::string(to_string(relocalization.verdict))];
+            ++run_.searches[relocalization.verdict];
         }
     }
 
@@ -125,6 +124,17 @@ double LocalizationRun::share_of(LocalizationStatus status) const {
 
 double LocalizationRun::mean_of(double sum) const {
     return trusted == 0 ? 0.0 : sum / static_cast<double>(trusted);
+}
+
+PlaceVerdict LocalizationRun::why_not_found() const {
+    std::size_t all = 0;
+    for (const auto& [verdict, count] : searches) {
+        all += count;
+    }
+    const auto missed = searches.find(PlaceVerdict::kNotInMap);
+    return all == 0 || (missed != searches.end() && 2 * missed->second > all)
+               ? PlaceVerdict::kNotInMap
+               : PlaceVerdict::kAmbiguous;
 }
 
 LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,

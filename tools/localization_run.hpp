@@ -20,6 +20,7 @@
 namespace hybrid_slam::tools {
 
 /// A drive through a map, with all that was learned about it.
+// NOLINTNEXTLINE(bugprone-exception-escape): moving JSON checks itself, and throws nothing
 struct LocalizationRun {
     std::string name;                   ///< of the drive
     bool interrupted = false;           ///< before its end
@@ -30,9 +31,8 @@ struct LocalizationRun {
     std::optional<double> found_after;  ///< seconds from the first scan to the first trusted pose
     std::map<std::string, std::size_t> statuses;
     std::map<std::string, std::size_t> priors_used;  ///< of all scans but the first
-    std::map<std::string, std::size_t> searches;     ///< by verdict
+    std::map<PlaceVerdict, std::size_t> searches;    ///< by verdict
     std::size_t most_nodes = 0;                      ///< of a search
-    std::optional<PlaceVerdict> last_verdict;        ///< of search or particle filter
     std::size_t trusted = 0;                         ///< scans with a trusted pose
     double score_sum = 0.0;                          ///< over these
     double unmapped_sum = 0.0;                       ///< over these
@@ -50,6 +50,8 @@ struct LocalizationRun {
     std::size_t with(LocalizationStatus status) const;
     double share_of(LocalizationStatus status) const;
     double mean_of(double sum) const;  ///< over the trusted scans
+    /// Of a drive that was never found: what most of its searches say, ambiguous or not in the map.
+    PlaceVerdict why_not_found() const;
 };
 
 /// Runs the input through the localizer to its end or until a signal comes (see interrupt.hpp).

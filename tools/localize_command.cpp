@@ -221,9 +221,7 @@ int exit_code_of(const LocalizationRun& run) {
     if (run.found_after) {
         return kOk;
     }
-    return run.last_verdict.value_or(PlaceVerdict::kNotInMap) == PlaceVerdict::kNotInMap
-               ? kNotInMap
-               : kAmbiguous;
+    return run.why_not_found() == PlaceVerdict::kNotInMap ? kNotInMap : kAmbiguous;
 }
 
 LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options,

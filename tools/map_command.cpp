@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "drawings.hpp"
 #include "hybrid_slam/backend/map_folder.hpp"
+#include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
 #include "live_input.hpp"
 #include "map_onto.hpp"
@@ -42,7 +43,7 @@ Examples:
   hybrid-slam map drive1/ --out hall              # what 'record' or 'simulate' made
   hybrid-slam map --live --robot config/robots/forklift.yaml --out hall
   hybrid-slam map hall.clf --out hall_map --json | jq .closures.by_verdict
-  hybrid-slam map drive2/ --onto hall/ --out hall2    # one map of both; hall/ itself stays
+  hybrid-slam map drive2/ --onto hall/ --out hall2    # one map of both; hall/ itself stays (unless it is named as --out)
 With --onto the drive is found in the stored map, anchored to it wherever its scans fit, and what it saw is gone is
 left out. A drive that cannot be placed (exit codes 5: several places look alike, 6: not in that map) gives a map of
 its own in OUT_unanchored, and none in OUT.

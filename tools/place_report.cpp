@@ -157,8 +157,9 @@ std::string text_of(const Relocalization& relocalization) {
                                places);
         case PlaceVerdict::kUnfinished:
             return with_places(
-                "unfinished the effort ran out before all of the map was looked at: as good as "
-                "ambiguous; raise relocalization.max_nodes, or drive a little (--drive)",
+                "unfinished the effort ran out, or more places look alike than were looked at: as "
+                "good "
+                "as ambiguous; drive a little (--drive), or raise relocalization.max_nodes",
                 places);
         case PlaceVerdict::kNotInMap:
             break;

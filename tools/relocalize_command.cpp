@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include "live_input.hpp"
 #include "map_identity.hpp"
 #include "messages.hpp"
+#include "output_guard.hpp"
 #include "place_pictures.hpp"
 #include "place_query.hpp"
 #include "place_report.hpp"
@@ -154,7 +156,17 @@ void draw_answer(const RelocalizeOptions& options, const Answer& answer) {
     print_info("wrote " + options.png.string());
 }
 
+void check_outputs(const RelocalizeOptions& options) {
+    if (!options.png.empty()) {
+        expect_replaceable(options.png, "\x89PNG");
+    }
+    if (!options.save_scan.empty()) {
+        expect_replaceable(options.save_scan, "{");
+    }
+}
+
 int run_relocalize(const RelocalizeOptions& options) {
+    check_outputs(options);
     const Settings settings = load_settings(options.config, options.overrides);
     catch_interrupts();
     const Answer answer = answer_to(options, settings);
@@ -195,6 +207,9 @@ void check_usage(const RelocalizeOptions& options, const CLI::App& command) {
         if (!options.scan.empty() && command.count(name) > 0) {
             throw CLI::ExcludesError("--scan", name);
         }
+    }
+    if (!std::isfinite(options.span.at) || !std::isfinite(options.span.drive)) {
+        throw CLI::ValidationError("--at, --drive", "must be numbers");
     }
     if (options.live && command.count("--at") > 0) {
         throw CLI::ExcludesError("--live", "--at");

@@ -72,7 +72,9 @@ class Search {
                 continue;
             }
             if (node.level == 0) {
-                if (accept(node)) {
+                accept(node);
+                if (result_.places.size() >= limits_.max_places) {
+                    result_.truncated = may_be_more();
                     break;
                 }
                 continue;
@@ -201,6 +203,10 @@ class Search {
                (result_.found ? result_.places.front().score : std::min(limits_.min_score, 1.0));
     }
 
+    bool may_be_more() const {
+        return !open_.empty() && static_cast<double>(open_.top().sum) >= wanted_now();
+    }
+
     Pose2d pose_of(const Node& node) const {
         const double resolution = pyramid_.geometry().resolution;
         return {center_.x() + node.x * resolution, center_.y() + node.y * resolution,
@@ -233,12 +239,10 @@ class Search {
         return true;
     }
 
-    // The first single pose to arrive is the best, those after it (elsewhere) are the next best;
-    // true when there are enough.
-    bool accept(const Node& node) {
+    // The first single pose to arrive is the best, those after it (elsewhere) are the next best.
+    void accept(const Node& node) {
         result_.found = true;
         result_.places.push_back({pose_of(node), node.sum / full_sum_});
-        return result_.places.size() >= limits_.max_places;
     }
 
     const LikelihoodPyramid& pyramid_;

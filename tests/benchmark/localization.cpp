@@ -104,6 +104,9 @@ MappedWorld map_truly(const World& world, const std::string& path) {
     mapped.world = world;
     for (std::size_t i = 1; i < way.size(); ++i) {
         const Point2 leg = way[i] - way[i - 1];
+        if (world.cast_ray(way[i - 1], leg.normalized()) < leg.norm()) {
+            continue;  // into the next one of several halls
+        }
         for (double at = 0.0; at < leg.norm(); at += kStep) {
             const Pose2d pose(way[i - 1] + at / leg.norm() * leg, std::atan2(leg.y(), leg.x()));
             const double stamp = static_cast<double>(mapped.truth.size());

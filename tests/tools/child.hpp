@@ -28,19 +28,9 @@ class Child {
         }
     }
 
-    /// Until it catches SIGINT, as proc(5) tells, and a little longer.
+    /// Until it catches SIGINT, and a little longer.
     void wait_until_it_catches_signals() const {
-        const std::string status_file = "/proc/" + std::to_string(pid_) + "/status";
-        for (int i = 0; i < 2000; ++i) {
-            std::ifstream status(status_file);
-            std::string word;
-            while (status >> word && word != "SigCgt:") {
-            }
-            unsigned long caught = 0;
-            status >> std::hex >> caught;
-            if (((caught >> (SIGINT - 1)) & 1U) == 1U) {
-                break;
-            }
+        for (int i = 0; i < 2000 && !catches_signals(); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -56,6 +46,19 @@ class Child {
     }
 
   private:
+    /// As proc(5) tells; the shell before the program catches SIGINT too.
+    bool catches_signals() const {
+        std::ifstream status("/proc/" + std::to_string(pid_) + "/status");
+        std::string word;
+        std::string name;
+        status >> word >> name;  // the first line: "Name: hybrid-slam"
+        while (status >> word && word != "SigCgt:") {
+        }
+        unsigned long caught = 0;
+        status >> std::hex >> caught;
+        return name == "hybrid-slam" && ((caught >> (SIGINT - 1)) & 1U) == 1U;
+    }
+
     pid_t pid_;
 };
 

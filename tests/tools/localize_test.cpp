@@ -211,13 +211,13 @@ TEST(Localize, NeverFoundHasItsExitCodes) {
     simulate_elsewhere(folder);
     Outcome outcome = run(folder, "localize square square.clf --out run");
     EXPECT_EQ(outcome.code, 5);
-    EXPECT_THAT(outcome.out, HasSubstr("never found; at last: several places look alike"));
+    EXPECT_THAT(outcome.out, HasSubstr("never found, several places look alike (searches: "));
     EXPECT_FALSE(std::filesystem::exists(folder / "run/trajectory.tum"));
     EXPECT_FALSE(std::filesystem::exists(folder / "run/last_pose.json"));
     EXPECT_TRUE(std::filesystem::exists(folder / "run/localize.png"));
     outcome = run(folder, "localize square elsewhere.clf --out run");
     EXPECT_EQ(outcome.code, 6);
-    EXPECT_THAT(outcome.out, HasSubstr("not in this map"));
+    EXPECT_THAT(outcome.out, HasSubstr("never found, not in this map (searches: "));
 }
 
 TEST(Localize, WritesOnlyIntoItsOwnFolders) {

@@ -14,8 +14,8 @@ using ::testing::IsEmpty;
 using ::testing::MatchesRegex;
 using ::testing::StartsWith;
 
-constexpr const char* kCommands[] = {"map",    "compare",  "crop",    "evaluate",
-                                     "export", "optimize", "simulate"};
+constexpr const char* kCommands[] = {"map",      "compare",  "crop",       "evaluate", "export",
+                                     "localize", "optimize", "relocalize", "simulate"};
 
 /// "hybrid-slam: ..." in a single line.
 void expect_one_error_line(const Outcome& result, const std::string& part) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/localization/anchored_session.hpp"
+#include "hybrid_slam/core/error.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <utility>
 
+#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 #include "scan_anchor.hpp"
 
@@ -176,6 +178,7 @@ namespace {
 
 AnchoringConfig checked(AnchoringConfig config) {
     ConfigSchema schema;
+    const ConfigSchema::Section section(schema, "anchoring");
     describe(schema, config);  // throws for values out of their ranges
     return config;
 }
@@ -216,6 +219,9 @@ Anchoring SessionAnchorer::anchor(const SlamMap& session) const {
 }
 
 void SessionAnchorer::find_places(const SlamMap& session, Anchoring& result) const {
+    if (session.keyframes.empty()) {
+        throw Error("a session without keyframes cannot be anchored");
+    }
     const double first = session.keyframes.front().path;
     const double rest = session.keyframes.back().path - config_.query_path - first;
     const int pieces =
@@ -261,9 +267,9 @@ SessionPlace SessionAnchorer::search(const SlamMap& session, double from_path) c
     }
     place.keyframe = chosen.back();
     Query query;
-    for (const std::size_t k : chosen) {
+    for (auto k = chosen.rbegin(); k != chosen.rend(); ++k) {
         query.push_back(
-            transform(between(nodes[place.keyframe], nodes[k]), sweep_of(keyframes[k])));
+            transform(between(nodes[place.keyframe], nodes[*k]), sweep_of(keyframes[*k])));
     }
     place.found = relocalizer_.find(query);
     return place;

@@ -13,7 +13,7 @@ namespace {
 // A pose that moves by more than this beyond the motion, and beyond its own doubt, is a jump.
 constexpr double kJump = 0.15;               // metres, or
 constexpr double kJumpAngle = radians(5.0);  // radians
-constexpr double kSigmas = 3.0;              // of doubt
+constexpr double kSigmas = 3.0;              // of doubt, up to as much again
 // What vehicles for halls do at most.
 constexpr double kSpeed = 3.0;     // m/s
 constexpr double kTurnRate = 3.0;  // rad/s
@@ -46,8 +46,10 @@ std::optional<Jump> PoseKeeper::jump_to(const Pose2d& found) const {
         return std::nullopt;
     }
     const Pose2d apart = between(pose_->map_from_robot, found);
-    const double metres = kJump + kSigmas * largest_sigma(pose_->covariance);
-    const double angle = kJumpAngle + kSigmas * std::sqrt(std::max(0.0, pose_->covariance(2, 2)));
+    const double metres = kJump + std::min(kJump, kSigmas * largest_sigma(pose_->covariance));
+    const double angle =
+        kJumpAngle +
+        std::min(kJumpAngle, kSigmas * std::sqrt(std::max(0.0, pose_->covariance(2, 2))));
     if (apart.translation.norm() <= metres && std::abs(apart.heading) <= angle) {
         return std::nullopt;
     }

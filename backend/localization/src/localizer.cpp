@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "held_pose.hpp"
+#include "hybrid_slam/core/error.hpp"
 #include "localization_config.hpp"
 #include "place_belief.hpp"
 #include "pose_predictor.hpp"
@@ -39,6 +40,12 @@ LocalizationStatus status_of(TrackingStatus status) {
 std::optional<Place> place_of(const Relocalization& found) {
     return found.verdict == PlaceVerdict::kFound ? std::optional<Place>(found.places.front())
                                                  : std::nullopt;
+}
+
+/// Several places are possible, or more may be than were looked at.
+bool is_open(const Relocalization& found) {
+    return !found.places.empty() && (found.verdict == PlaceVerdict::kAmbiguous ||
+                                     found.verdict == PlaceVerdict::kUnfinished);
 }
 
 /// Of several places that are all possible, none is sure.
@@ -112,6 +119,11 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 
 void Localizer::start_at(const Pose2d& map_from_robot, const Eigen::Matrix3d& covariance) {
+    const bool finite = map_from_robot.translation.allFinite() &&
+                        std::isfinite(map_from_robot.heading) && covariance.allFinite();
+    if (!finite || (covariance.diagonal().array() <= 0.0).any()) {
+        throw Error("the pose to start at is not finite, or its covariance is not positive");
+    }
     state_->given = HeldPose{map_from_robot, covariance};
 }
 
@@ -152,8 +164,8 @@ void Localizer::State::track_from(const HeldPose& known, Scan& scan) {
     history.clear();
     searched.reset();
     doubt = TrackingDoubt();
-    tracking = true;
     tracker.start(known.map_from_robot, known.covariance);
+    tracking = true;
     track(scan);
 }
 
@@ -184,15 +196,17 @@ void Localizer::State::track(Scan& scan) {
 /// without such a one it was carried away.
 void Localizer::State::look_up(Scan& scan) {
     const LocalizationResult& result = scan.result;
-    if (!doubt.is_due(result.stamp, result.fit.score)) {
+    // What ends where the map knows nothing does not speak against the pose: the map ends there.
+    const double level = result.fit.explained - result.fit.violated + result.fit.unknown;
+    if (!doubt.is_due(result.stamp, level)) {
         return;
     }
-    doubt.settle(result.stamp, result.fit.score);
+    doubt.settle(result.stamp, level);
     const Relocalization found =
         relocalizer.find({{scan.frame.scan.robot_from_laser.translation, scan.odometry.surface}});
-    const double least = result.fit.score + 2.0 * config.relocalization.margin;
-    if (found.verdict == PlaceVerdict::kNotInMap || found.places.empty() ||
-        found.places.front().fit.score <= least) {
+    const double least = level + 2.0 * config.relocalization.margin;
+    if (found.verdict == PlaceVerdict::kNotInMap || found.verdict == PlaceVerdict::kUnfinished ||
+        found.places.empty() || found.places.front().fit.score <= least) {
         return;
     }
     std::optional<Place> nearest;
@@ -244,14 +258,15 @@ bool Localizer::State::is_search_due(double stamp) const {
     // the scanner may have gone.
     return !searched || history.path() - searched->path >= config.search_every ||
            history.turn() - searched->turn >= kSearchTurn * config.query_angle ||
-           (searched->verdict == PlaceVerdict::kNotInMap &&
+           ((searched->verdict == PlaceVerdict::kNotInMap ||
+             searched->verdict == PlaceVerdict::kUnfinished) &&
             std::abs(stamp - searched->stamp) >= kSearchSeconds);
 }
 
 void Localizer::State::search(Scan& scan) {
     Relocalization found = find();
     std::optional<Place> place = place_of(found);
-    if (!place && found.verdict == PlaceVerdict::kAmbiguous) {
+    if (!place && is_open(found)) {
         place = decided_place(found);
     }
     if (place && !is_confirmed(*place)) {
@@ -262,7 +277,7 @@ void Localizer::State::search(Scan& scan) {
     if (!place && belief.is_hopeless()) {
         belief.stop();
     }
-    if (!place && found.verdict == PlaceVerdict::kAmbiguous && !belief.is_running()) {
+    if (!place && is_open(found) && !belief.is_running()) {
         belief.start(found.places, scan.odometry, history.path());
     }
     scan.result.score = score_of(found);
@@ -310,8 +325,9 @@ bool Localizer::State::is_confirmed(const Place& place) const {
     const Query newest{history.newest()};
     const double score = fit_of(*map, newest, place.map_from_robot).score;
     const Relocalization alone = relocalizer.find(newest);
-    return alone.places.empty() ||
-           score >= alone.places.front().fit.score - config.relocalization.margin;
+    return alone.verdict != PlaceVerdict::kUnfinished &&
+           (alone.places.empty() ||
+            score >= alone.places.front().fit.score - config.relocalization.margin);
 }
 
 /// The way that was driven is of no use.

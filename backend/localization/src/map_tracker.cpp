@@ -117,10 +117,10 @@ Track MapTracker::track(double stamp, const OdometryResult& odometry,
     if (!s.started) {
         throw Error("tracking: the tracker was not started");
     }
+    const bool leapt = s.since_node && s.leapt(stamp, odometry);
     if (!s.since_node) {
         s.since_node.emplace(odometry);
         s.node_stamp = stamp;
-        s.stamp = stamp;
     }
     const MotionBelief motion = s.since_node->motion(odometry);
     const PoseBelief expected = advanced(s.window.newest(), motion);
@@ -145,7 +145,7 @@ Track MapTracker::track(double stamp, const OdometryResult& odometry,
     track.fit =
         fit_of(*s.map, {{robot_from_laser.translation, odometry.surface}}, track.map_from_robot);
     track.weak_direction = weakest_direction(track.covariance);
-    track.status = s.health.judge(stamp, track, {shows_walls && !agrees, s.leapt(stamp, odometry)});
+    track.status = s.health.judge(stamp, track, {shows_walls && !agrees, leapt});
     s.stamp = stamp;
     return track;
 }

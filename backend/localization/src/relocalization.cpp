@@ -6,11 +6,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "hybrid_slam/backend/correlative_matcher.hpp"
-#include "hybrid_slam/core/uncertainty.hpp"
+#include "hybrid_slam/core/error.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -21,6 +20,9 @@ constexpr double kReach = 0.2;  ///< metres that the farthest points move per he
 constexpr double kLeastStep = radians(1.0);
 constexpr double kMostStep = radians(3.0);
 constexpr double kSearchRatio = 0.75;  ///< of the best score; ICP may still make up for so much
+constexpr double kMayWin = 0.9;        ///< of the best score of the search, to be the best in truth
+constexpr double kUnsettled = 0.2;     ///< metres, sigma of a place where ICP failed
+constexpr double kUnsettledAngle = radians(3.0);
 // ICP has little left to do after the search: half a cell and half a heading step.
 constexpr double kIcpDistance = 0.6;  ///< metres
 constexpr double kIcpGateFactor = 4.0;
@@ -86,23 +88,27 @@ double reach_of(const Points& points, const Point2& origin) {
     return *tenth;
 }
 
-/// Where a laser may be: what the map has seen to be free.
+/// Where a laser may be: what the map has seen to be free, and a metre around it. A scanner does
+/// not see where it stands itself, nor behind it: in a short drive its own way is not all free.
 LikelihoodPyramid free_space(const ReferenceMap& map) {
-    constexpr double kNoBlur = 0.01;  // metres
+    constexpr double kSigma = 0.4;  // metres; what is not 0 reaches 2.5 times as far
     const GridGeometry& geometry = map.grid().geometry;
+    const double resolution = map.pyramid().geometry().resolution;
+    const double width = geometry.width * geometry.resolution;
+    const double height = geometry.height * geometry.resolution;
     Points free;
-    for (int y = 0; y < geometry.height; ++y) {
-        for (int x = 0; x < geometry.width; ++x) {
-            if (map.grid().at({x, y}) == CellState::kFree) {
-                free.push_back(geometry.center_of({x, y}));
+    for (double y = 0.5 * resolution; y < height; y += resolution) {
+        for (double x = 0.5 * resolution; x < width; x += resolution) {
+            const Point2 place = geometry.origin + Point2(x, y);
+            if (map.grid().at(geometry.cell_of(place)) == CellState::kFree) {
+                free.push_back(place);
             }
         }
     }
     if (free.empty()) {
         free = map.surface().points;
     }
-    return LikelihoodPyramid(free, map.pyramid().geometry().resolution, kNoBlur,
-                             map.pyramid().levels());
+    return LikelihoodPyramid(free, resolution, kSigma, map.pyramid().levels());
 }
 
 bool are_apart(const Place& a, const Place& b, const RelocalizationConfig& config) {
@@ -221,7 +227,11 @@ Points Relocalizer::State::starts(double spacing) const {
 
 Relocalizer::Relocalizer(std::shared_ptr<const ReferenceMap> map,
                          const RelocalizationConfig& config, const IcpConfig& icp)
-    : state_(std::make_shared<const State>(std::move(map))), config_(config), icp_(icp) {
+    : config_(config), icp_(icp) {
+    if (!map) {
+        throw Error("relocalization: no map");
+    }
+    state_ = std::make_shared<const State>(std::move(map));
     ConfigSchema schema;
     const ConfigSchema::Section section(schema, "relocalization");
     describe(schema, config_);  // throws for values out of their ranges
@@ -240,6 +250,10 @@ Place Relocalizer::settle(const Query& query, const Pose2d& guess) const {
     if (icp.usable()) {
         place.map_from_robot = icp.reference_from_points;
         place.covariance = covariance_of(icp);
+    } else {
+        place.covariance = Eigen::Vector3d(kUnsettled * kUnsettled, kUnsettled * kUnsettled,
+                                           kUnsettledAngle * kUnsettledAngle)
+                               .asDiagonal();
     }
     place.fit = fit_of(map, query, place.map_from_robot);
     return place;
@@ -249,8 +263,12 @@ Place Relocalizer::settle(const Query& query, const Pose2d& guess) const {
 Relocalization Relocalizer::judge(std::vector<Place> places) const {
     Relocalization result;
     result.places = distinct(std::move(places), config_);
-    if (result.places.empty() || result.places.front().fit.explained < config_.min_explained ||
-        result.places.front().fit.violated > config_.max_violated) {
+    const auto fits = [this](const Place& place) {
+        return place.fit.explained >= config_.min_explained &&
+               place.fit.violated <= config_.max_violated;
+    };
+    const auto misfits = std::stable_partition(result.places.begin(), result.places.end(), fits);
+    if (misfits == result.places.begin()) {
         result.verdict = PlaceVerdict::kNotInMap;
         return result;
     }
@@ -275,7 +293,6 @@ std::vector<Place> Relocalizer::search(const Query& query, Relocalization& resul
     const double resolution = pyramid.geometry().resolution;
     // Around the newest laser, which stood in free space.
     const Pose2d query_from_laser(query.front().origin, 0.0);
-    const Query centred{transform(query_from_laser.inverse(), query.front())};
     Points points = spread(query, 1.5 * resolution, kMostPoints);
     for (Point2& point : points) {
         point -= query_from_laser.translation;
@@ -291,15 +308,18 @@ std::vector<Place> Relocalizer::search(const Query& query, Relocalization& resul
     SearchLimits limits;
     limits.min_score = config_.min_score;
     limits.runner_up_ratio = kSearchRatio;
-    limits.runner_up_distance = 0.6 * config_.apart;
-    limits.runner_up_angle = 0.6 * config_.apart_angle;
+    limits.runner_up_distance = config_.apart;
+    limits.runner_up_angle = config_.apart_angle;
     limits.max_places = static_cast<std::size_t>(config_.max_places);
     limits.max_nodes = static_cast<std::size_t>(config_.max_nodes);
     limits.max_seconds = config_.max_seconds;
     limits.allowed = &state_->allowed;
     const SearchResult found = branch_and_bound(pyramid, points, window, limits);
     result.nodes = found.nodes;
-    result.verdict = found.exhausted ? PlaceVerdict::kUnfinished : PlaceVerdict::kFound;
+    // Those that were not looked at score no better in the search than the last of those that were.
+    const bool cut_off =
+        found.truncated && found.places.back().score >= kMayWin * found.places.front().score;
+    result.verdict = found.exhausted || cut_off ? PlaceVerdict::kUnfinished : PlaceVerdict::kFound;
     std::vector<Place> places;
     for (const SearchPlace& candidate : found.places) {
         places.push_back(
@@ -313,31 +333,32 @@ std::vector<Place> Relocalizer::search(const Query& query, Relocalization& resul
 std::vector<Place> Relocalizer::headings(const Query& query) const {
     const ReferenceMap& map = *state_->map;
     const Surface surface = thinned(query, kMostSettled);
-    std::optional<Place> best;
-    std::optional<Place> second;
-    double best_rms = 0.0;
+    struct Settled {
+        double rms;
+        Place place;
+    };
+    std::vector<Settled> settled;
     for (const Point2& start : state_->starts(config_.heading_grid)) {
         for (int k = 0; k < config_.headings; ++k) {
             const Pose2d guess(start, 2.0 * kPi * k / config_.headings);
             const IcpResult icp = align(surface, map.reference(), IcpGuess(guess), whole_icp_);
-            if (!icp.usable() || (best && icp.rms >= best_rms)) {
-                continue;
+            if (icp.usable()) {
+                settled.push_back({icp.rms, Place()});
+                settled.back().place.map_from_robot = icp.reference_from_points;
+                settled.back().place.covariance = covariance_of(icp);
             }
-            Place place;
-            place.map_from_robot = icp.reference_from_points;
-            place.covariance = covariance_of(icp);
-            if (best && are_apart(*best, place, config_)) {
-                second = std::move(best);
-            }
-            best = std::move(place);
-            best_rms = icp.rms;
         }
     }
+    std::stable_sort(settled.begin(), settled.end(),
+                     [](const Settled& a, const Settled& b) { return a.rms < b.rms; });
     std::vector<Place> places;
-    for (std::optional<Place>* place : {&best, &second}) {
-        if (*place) {
-            (*place)->fit = fit_of(map, query, (*place)->map_from_robot);
-            places.push_back(**place);
+    for (const Settled& candidate : settled) {
+        if (places.empty() || are_apart(places.front(), candidate.place, config_)) {
+            places.push_back(candidate.place);
+            places.back().fit = fit_of(map, query, candidate.place.map_from_robot);
+        }
+        if (places.size() == 2) {
+            break;
         }
     }
     return places;
@@ -358,7 +379,8 @@ Relocalization Relocalizer::find(const Query& query) const {
     const std::size_t nodes = result.nodes;
     result = judge(std::move(places));
     result.nodes = nodes;
-    if (unfinished) {
+    // More look-alikes than were looked at closely are ambiguous whatever these say.
+    if (unfinished && result.verdict != PlaceVerdict::kAmbiguous) {
         result.verdict = PlaceVerdict::kUnfinished;
     }
     return result;

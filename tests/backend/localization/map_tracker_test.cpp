@@ -242,6 +242,23 @@ TEST(MapTracker, LostUntilItIsStartedAnew) {
     EXPECT_THAT(track.map_from_robot, PoseNear(drive.truth.back().pose, 0.01, 0.003));
 }
 
+TEST(MapTracker, ALeapBeforeTheStartIsForgiven) {
+    const TestDrive drive = first_of(drive_in(hall(), s300_config(0.3)), 4);
+    Odometry odometry(by_wheels());
+    MapTracker tracker(hall_map(), TrackingConfig(), IcpConfig());
+    for (int start = 0; start < 2; ++start) {
+        const auto first = static_cast<std::size_t>(2 * start);
+        OdometryResult result = odometry.register_frame(drive.frames[first]);
+        result.before_from_now = {3.0, 0.0, 0.0};
+        tracker.start(drive.truth[first].pose, start_covariance());
+        const double stamp = drive.frames[first].scan.stamp;
+        EXPECT_EQ(tracker.track(stamp, result, {}).status, TrackingStatus::kTracking);
+        result = odometry.register_frame(drive.frames[first + 1]);
+        result.before_from_now = {3.0, 0.0, 0.0};
+        EXPECT_EQ(tracker.track(stamp + 0.08, result, {}).status, TrackingStatus::kLost);
+    }
+}
+
 TEST(MapTracker, BlindItGoesOnByOdometryAndFindsBack) {
     TestDrive drive = first_of(drive_in(hall(), s300_config(0.3)), 90);
     for (std::size_t i = 30; i < 60; ++i) {

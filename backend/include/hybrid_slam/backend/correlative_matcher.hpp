@@ -37,6 +37,7 @@ struct SearchPlace {
 struct SearchResult {
     bool found = false;               ///< a pose with at least min_score, and all is proven
     bool exhausted = false;           ///< stopped by a limit of effort: nothing is proven
+    bool truncated = false;           ///< max_places were found, and there may be more
     std::vector<SearchPlace> places;  ///< the best first, then those elsewhere
     std::size_t nodes = 0;
 
@@ -44,8 +45,8 @@ struct SearchResult {
 };
 
 /// The best pose of the window's grid by branch and bound (best first), and the best ones
-/// elsewhere. Exactly what full_search finds, at a fraction of the effort. Deterministic without
-/// max_seconds.
+/// elsewhere. Exactly what scoring every pose finds, at a fraction of the effort. Deterministic
+/// without max_seconds.
 SearchResult branch_and_bound(const LikelihoodPyramid& pyramid, const Points& query,
                               const SearchWindow& window, const SearchLimits& limits = {});
 

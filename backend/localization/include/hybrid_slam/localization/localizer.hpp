@@ -85,7 +85,8 @@ class Localizer {
     Localizer& operator=(Localizer&&) noexcept;
 
     /// Before the first frame, or at any time (VDA 5050 initPosition): the pose at the next scan
-    /// from which tracking starts; when the scan contradicts it the search begins.
+    /// from which tracking starts; when the scan contradicts it the search begins. Throws Error for
+    /// what is not finite.
     void start_at(const Pose2d& map_from_robot, const Eigen::Matrix3d& covariance);
 
     LocalizationResult process(const Frame& frame);

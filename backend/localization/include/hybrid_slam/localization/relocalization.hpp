@@ -14,7 +14,8 @@
 namespace hybrid_slam {
 
 enum class RelocalizationMethod {
-    /// The thesis, section 3.5.5: ICP from so many headings, least error wins, and is found.
+    /// The thesis, section 3.5.5: ICP from so many headings; the least error wins, and is called
+    /// found whatever the map says of it.
     kHeadings,
     kSearch  ///< branch and bound over all poses, then ICP, then a comparison of the places
 };
@@ -26,14 +27,14 @@ struct RelocalizationConfig {
     double heading_grid = 0.0;    ///< metres between its starts; 0: all at the middle of the map
     int max_nodes = 4000000;      ///< effort of one search
     double max_seconds = 0.0;     ///< likewise, for live vehicles only; 0: no limit, results repeat
-    int max_places = 40;          ///< looked at closely
+    int max_places = 100;         ///< looked at closely
     double min_score = 0.35;      ///< of the search, for a place to be looked at
-    double min_explained = 0.55;  ///< share of the beams, below which the vehicle is elsewhere
-    double max_violated = 0.2;    ///< share of beams through walls, above which it is elsewhere
+    double min_explained = 0.6;  ///< share of the beams, below which the vehicle is elsewhere
+    double max_violated = 0.15;    ///< share of beams through walls, above which it is elsewhere
     /// A place is ambiguous with those whose score comes as near to its own as
     /// margin + doubt (1 - its score).
-    double margin = 0.02;
-    double doubt = 0.4;
+    double margin = 0.05;
+    double doubt = 0.3;
     double apart = 0.5;                  ///< metres between two places that are really two, or
     double apart_angle = radians(15.0);  ///< radians
 };
@@ -44,7 +45,8 @@ enum class PlaceVerdict {
     kFound,      ///< one place, and no other comes near it
     kAmbiguous,  ///< several places look alike: drive a little
     kNotInMap,   ///< no place explains what is seen
-    kUnfinished  ///< the effort ran out before all of the map was looked at: as good as ambiguous
+    /// The effort ran out, or more places look alike than were looked at: as good as ambiguous.
+    kUnfinished
 };
 std::string_view to_string(PlaceVerdict verdict);
 
