@@ -23,14 +23,14 @@ std::string_view to_string(RelocalizationMethod method);
 
 struct RelocalizationConfig {
     RelocalizationMethod method = RelocalizationMethod::kSearch;
-    int headings = 72;            ///< of kHeadings
-    double heading_grid = 0.0;    ///< metres between its starts; 0: all at the middle of the map
-    int max_nodes = 4000000;      ///< effort of one search
-    double max_seconds = 0.0;     ///< likewise, for live vehicles only; 0: no limit, results repeat
-    int max_places = 100;         ///< looked at closely
-    double min_score = 0.35;      ///< of the search, for a place to be looked at
+    int headings = 72;           ///< of kHeadings
+    double heading_grid = 0.0;   ///< metres between its starts; 0: all at the middle of the map
+    int max_nodes = 4000000;     ///< effort of one search
+    double max_seconds = 0.0;    ///< likewise, for live vehicles only; 0: no limit, results repeat
+    int max_places = 100;        ///< looked at closely
+    double min_score = 0.35;     ///< of the search, for a place to be looked at
     double min_explained = 0.6;  ///< share of the beams, below which the vehicle is elsewhere
-    double max_violated = 0.15;    ///< share of beams through walls, above which it is elsewhere
+    double max_violated = 0.15;  ///< share of beams through walls, above which it is elsewhere
     /// A place is ambiguous with those whose score comes as near to its own as
     /// margin + doubt (1 - its score).
     double margin = 0.05;
