@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/stopwatch.hpp"
 #include "input.hpp"
 #include "messages.hpp"
@@ -15,15 +14,6 @@ namespace hybrid_slam::tools {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-/// Empty for a map whose odometry was not kept.
-Trajectory odometry_in(const std::filesystem::path& folder) {
-    try {
-        return read_tum(folder / "odometry.tum");
-    } catch (const Error&) {
-        return {};
-    }
-}
 
 Json to_json(const SessionPlace& place) {
     Json json = {{"keyframe", place.keyframe},
@@ -66,10 +56,7 @@ std::size_t OntoResult::believed() const {
 }
 
 OntoMap::OntoMap(const std::filesystem::path& folder)
-    : name_(name_of(folder)),
-      stored_(read_map(folder)),
-      odometry_(odometry_in(folder)),
-      reference_(reference_of(stored_)) {}
+    : name_(name_of(folder)), stored_(read_map(folder)), reference_(reference_of(stored_)) {}
 
 OntoResult OntoMap::anchor(SlamMap& map, const Settings& settings) const {
     const Stopwatch clock;
@@ -83,8 +70,6 @@ OntoResult OntoMap::anchor(SlamMap& map, const Settings& settings) const {
     result.anchoring = anchorer.anchor(map);
     if (result.anchored()) {
         MergedMap merged = merge(stored_, map, result.anchoring);
-        merged.map.odometry_trajectory.insert(merged.map.odometry_trajectory.begin(),
-                                              odometry_.begin(), odometry_.end());
         result.gone_points = merged.gone_points;
         map = std::move(merged.map);
     }

@@ -41,7 +41,6 @@ class OntoMap {
   private:
     std::string name_;
     StoredMap stored_;
-    Trajectory odometry_;
     std::shared_ptr<const ReferenceMap> reference_;
 };
 

@@ -29,33 +29,6 @@ void describe_map(ConfigSchema& schema, OccupancyGridConfig& map) {
     schema.add("max_ray", map.max_ray, 0.1, 1000.0, "m, longer beams free the way up to here");
 }
 
-// As in describe(ConfigSchema&, LocalizationConfig&), which has the odometry's keys besides.
-void describe_query(ConfigSchema& schema, LocalizationConfig& config) {
-    schema.add("query_path", config.query_path, 0.0, 1000.0,
-               "m of the drive that a query of several scans reaches back");
-    schema.add("query_spacing", config.query_spacing, 0.01, 100.0, "m between its scans, or");
-    schema.add_degrees("query_angle_deg", config.query_angle, 0.1, 180.0, "between them");
-    schema.add("search_every", config.search_every, 0.01, 100.0,
-               "m driven between two searches while the place is unknown");
-}
-
-void describe_localization(ConfigSchema& schema, LocalizationConfig& config) {
-    {
-        const ConfigSchema::Section section(schema, "relocalization");
-        describe(schema, config.relocalization);
-    }
-    {
-        const ConfigSchema::Section section(schema, "particles");
-        describe(schema, config.particles);
-    }
-    {
-        const ConfigSchema::Section section(schema, "tracking");
-        describe(schema, config.tracking);
-    }
-    const ConfigSchema::Section section(schema, "localization");
-    describe_query(schema, config);
-}
-
 // What one key's range cannot say. Before a session rather than after it.
 void check(const Settings& settings) {
     const VisualOdometry vision({}, {}, settings.vision.odometry);
@@ -93,7 +66,7 @@ void describe(ConfigSchema& schema, Settings& settings) {
         const ConfigSchema::Section section(schema, "map");
         describe_map(schema, settings.map);
     }
-    describe_localization(schema, settings.localization);
+    describe_without_odometry(schema, settings.localization);
     const ConfigSchema::Section section(schema, "anchoring");
     describe(schema, settings.anchoring);
 }

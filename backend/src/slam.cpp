@@ -6,7 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
@@ -57,14 +56,7 @@ Slam::Slam(const SlamConfig& config) {
     SlamConfig checked = config;
     ConfigSchema schema;
     describe(schema, checked);  // throws for values out of their ranges
-    const IcpConfig& icp = checked.odometry.icp;
-    if (icp.min_distance > icp.max_distance) {
-        throw Error("icp.min_distance: must not exceed icp.max_distance");
-    }
-    if (icp.trim < icp.min_overlap) {
-        throw Error(
-            "icp.trim: must not be less than icp.min_overlap, or no alignment ever succeeds");
-    }
+    expect_consistent(checked.odometry.icp);
     state_ = std::make_unique<State>(checked);
 }
 Slam::~Slam() = default;

@@ -8,6 +8,7 @@
 
 #include "hybrid_slam/odometry/scan_filter.hpp"
 #include "hybrid_slam/sensors/sensor_source.hpp"
+#include "support/s300_scan.hpp"
 
 namespace hybrid_slam {
 
@@ -123,22 +124,7 @@ MappedWorld map_truly(const World& world, const std::string& path) {
 
 Scan scan_at(const World& world, const Pose2d& world_from_robot, const Pose2d& robot_from_laser,
              double sigma, double bias, std::mt19937& random) {
-    Scan scan;
-    scan.angle_min = radians(-135.0);
-    scan.angle_increment = radians(0.5);
-    scan.range_min = 0.05;
-    scan.range_max = 29.5;
-    scan.robot_from_laser = robot_from_laser;
-    std::normal_distribution<double> noise(bias, sigma);
-    const Pose2d world_from_laser = world_from_robot * robot_from_laser;
-    for (std::size_t beam = 0; beam < 541; ++beam) {
-        const double heading = world_from_laser.heading + scan.angle(beam);
-        const double range =
-            world.cast_ray(world_from_laser.translation, {std::cos(heading), std::sin(heading)});
-        scan.ranges.push_back(
-            static_cast<float>(0.01 * std::round(100.0 * (range + noise(random)))));
-    }
-    return scan;
+    return test::scan_at(world, world_from_robot, random, sigma, robot_from_laser, bias);
 }
 
 Sweep sweep_at(const World& world, const Pose2d& world_from_robot, const Pose2d& robot_from_laser,

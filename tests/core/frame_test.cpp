@@ -190,7 +190,7 @@ TEST(Scan, TellsReturnsFromTheRest) {
     }
     scan.angle_min = -0.5 * kPi;
     scan.angle_increment = radians(1.0);
-    EXPECT_DOUBLE_EQ(scan.angle(90), 0.0);
+    EXPECT_NEAR(scan.angle(90), 0.0, 1e-12);
 }
 
 TEST(Source, OfUnknownLengthHasNoProgress) {

@@ -269,12 +269,7 @@ TEST(Localize, WrongUsageIsTwo) {
 TEST(Localize, ASignalLosesNothing) {
     const TempFolder folder;
     map_room(folder);
-    const std::string once = bytes_of(folder / "second.clf");
-    std::ofstream stream(folder / "long.clf", std::ios::binary);
-    for (int i = 0; i < 400; ++i) {
-        stream << once;
-    }
-    stream.close();
+    write_long_drive(folder);
     const Child child(folder, "localize room long.clf --out run");
     child.wait_until_it_catches_signals();
     for (int i = 0; i < 2000 && !std::filesystem::exists(folder / "run/last_pose.json"); ++i) {
@@ -296,12 +291,7 @@ TEST(Localize, ASignalLosesNothing) {
 TEST(Localize, AKilledProgramHasLeftItsLastPose) {
     const TempFolder folder;
     map_room(folder);
-    const std::string once = bytes_of(folder / "second.clf");
-    std::ofstream stream(folder / "long.clf", std::ios::binary);
-    for (int i = 0; i < 400; ++i) {
-        stream << once;
-    }
-    stream.close();
+    write_long_drive(folder);
     const Child child(folder, "localize room long.clf --out run");
     for (int i = 0; i < 2000 && !std::filesystem::exists(folder / "run/last_pose.json"); ++i) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -317,10 +307,7 @@ TEST(Localize, AKilledProgramHasLeftItsLastPose) {
 /// The whole live path: a simulated scanner speaks through a pseudo-terminal until it ends.
 TEST(Localize, KeepsThePlaceLiveUntilItIsInterrupted) {
     const TempFolder folder;
-    write_room(folder);
-    run_well(folder,
-             "simulate room.yaml --out drive --no-camera -q --set speed=1 --set distance=12");
-    run_well(folder, "map drive --out room --quiet");
+    map_room_by_forklift(folder);
     const std::string program = "'" HYBRID_SLAM_PROGRAM "' ";
     const std::string serve =
         program + "simulate room.yaml --serial scanner --set distance=3 -q >&2 & ";

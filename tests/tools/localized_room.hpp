@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fstream>
 #include <string>
 
 #include "hybrid_slam/core/metrics.hpp"
@@ -40,9 +41,9 @@ simulator: {speed: 1.0, scan_rate: 5, angle_increment: 0.017453292519943295}
     run_well(folder, "map square.clf --out square --quiet");
 }
 
-/// A drive through quite another room: elsewhere.clf.
-inline void simulate_elsewhere(const TempFolder& folder) {
-    folder.write("elsewhere.yaml", R"(name: elsewhere
+/// A drive through quite another room: NAME.clf.
+inline void simulate_elsewhere(const TempFolder& folder, const std::string& name = "elsewhere") {
+    folder.write(name + ".yaml", "name: " + name + R"(
 walls:
   - {points: [[0, 0], [11, 1], [12, 7], [6, 9], [1, 6]], closed: true}
 boxes:
@@ -50,7 +51,24 @@ boxes:
 path: [[2.5, 2.2], [9.8, 2.5], [9.8, 6]]
 simulator: {speed: 1.0, scan_rate: 5, angle_increment: 0.017453292519943295}
 )");
-    run_well(folder, "simulate elsewhere.yaml --out elsewhere.clf --quiet");
+    run_well(folder, "simulate " + name + ".yaml --out " + name + ".clf --quiet");
+}
+
+/// The map room/ of what the forklift's scanner saw in that room, to be asked live.
+inline void map_room_by_forklift(const TempFolder& folder) {
+    write_room(folder);
+    run_well(folder,
+             "simulate room.yaml --out drive --no-camera -q --set speed=1 --set distance=12");
+    run_well(folder, "map drive --out room --quiet");
+}
+
+/// long.clf: second.clf over and over, for runs that are stopped in the middle.
+inline void write_long_drive(const TempFolder& folder) {
+    const std::string once = bytes_of(folder / "second.clf");
+    std::ofstream stream(folder / "long.clf", std::ios::binary);
+    for (int i = 0; i < 400; ++i) {
+        stream << once;
+    }
 }
 
 /// Where the map room/ lies in the world that it was made of.

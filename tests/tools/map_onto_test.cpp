@@ -5,7 +5,7 @@
 
 #include "hybrid_slam/backend/map_folder.hpp"
 #include "hybrid_slam/core/metrics.hpp"
-#include "running.hpp"
+#include "localized_room.hpp"
 
 namespace hybrid_slam::test {
 namespace {
@@ -20,36 +20,9 @@ std::set<std::string> names_in(const std::filesystem::path& folder) {
     return names;
 }
 
-/// Another drive through the room of running.hpp, from elsewhere.
-void simulate_second_drive(const TempFolder& folder) {
-    folder.write("second.yaml", R"(name: second
-walls:
-  - {points: [[0, 0], [8, 0], [8, 6], [5, 6], [5, 5], [0, 5]], closed: true}
-boxes:
-  - {center: [4, 2.5], size: [1.5, 1.0], yaw_deg: 10}
-path: [[6.8, 4], [1.5, 4], [1.5, 1.2], [6.0, 1.2]]
-simulator: {speed: 1.0, scan_rate: 5, angle_increment: 0.017453292519943295}
-)");
-    run_well(folder, "simulate second.yaml --out second.clf --seed 2 --quiet");
-}
-
-void simulate_elsewhere(const TempFolder& folder) {
-    folder.write("other.yaml", R"(name: other
-walls:
-  - {points: [[0, 0], [11, 1], [12, 7], [6, 9], [1, 6]], closed: true}
-boxes:
-  - {center: [7, 4.5], size: [1.0, 2.0], yaw_deg: 30}
-path: [[2.5, 2.2], [9.8, 2.5], [9.8, 6]]
-simulator: {speed: 1.0, scan_rate: 5, angle_increment: 0.017453292519943295}
-)");
-    run_well(folder, "simulate other.yaml --out other.clf --quiet");
-}
-
 TEST(MapOnto, MakesOneMapOfBoth) {
     const TempFolder folder;
-    simulate_room(folder);
-    simulate_second_drive(folder);
-    run_well(folder, "map room.clf --out room --quiet");
+    map_room(folder);
     const std::string before = bytes_of(folder / "room/manifest.json");
     const Outcome result = run_well(folder, "map second.clf --onto room/ --out both");
     EXPECT_THAT(result.out, HasSubstr("accepted of"));
@@ -87,9 +60,7 @@ TEST(MapOnto, MakesOneMapOfBoth) {
 
 TEST(MapOnto, GivesTheSameBytesEachTime) {
     const TempFolder folder;
-    simulate_room(folder);
-    simulate_second_drive(folder);
-    run_well(folder, "map room.clf --out room --quiet");
+    map_room(folder);
     run_well(folder, "map second.clf --onto room --out a --quiet");
     run_well(folder, "map second.clf --onto room --out b --quiet --json");
     const std::set<std::string> names = names_in(folder / "a");
@@ -105,9 +76,7 @@ TEST(MapOnto, GivesTheSameBytesEachTime) {
 
 TEST(MapOnto, AMapMayGrowInItsPlace) {
     const TempFolder folder;
-    simulate_room(folder);
-    simulate_second_drive(folder);
-    run_well(folder, "map room.clf --out room --quiet");
+    map_room(folder);
     const std::size_t before = read_map(folder / "room").keyframes.size();
     run_well(folder, "map second.clf --onto room --out room --quiet");
     const std::size_t once = read_map(folder / "room").keyframes.size();
@@ -119,7 +88,7 @@ TEST(MapOnto, AMapMayGrowInItsPlace) {
 TEST(MapOnto, ADriveElsewhereKeepsItsOwnMapAndTheStoredOneStays) {
     const TempFolder folder;
     simulate_room(folder);
-    simulate_elsewhere(folder);
+    simulate_elsewhere(folder, "other");
     run_well(folder, "map room.clf --out room --quiet");
     run_well(folder, "map other.clf --out other --quiet");
     const std::string before = bytes_of(folder / "room/manifest.json");

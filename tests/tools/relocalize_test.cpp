@@ -159,10 +159,7 @@ TEST(Relocalize, WrongUsageIsTwo) {
 /// A simulated scanner speaks through a pseudo-terminal.
 TEST(Relocalize, AsksTheLiveScanner) {
     const TempFolder folder;
-    write_room(folder);
-    run_well(folder,
-             "simulate room.yaml --out drive --no-camera -q --set speed=1 --set distance=12");
-    run_well(folder, "map drive --out room --quiet");
+    map_room_by_forklift(folder);
     const std::string program = "'" HYBRID_SLAM_PROGRAM "' ";
     const std::string serve =
         program + "simulate room.yaml --serial scanner --set distance=2 -q >&2 & ";

@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "localization_config.hpp"
 
-#include "hybrid_slam/core/error.hpp"
-
 namespace hybrid_slam {
 
 LocalizationConfig checked(LocalizationConfig config) {
     ConfigSchema schema;
     describe(schema, config);
-    const IcpConfig& icp = config.odometry.icp;
-    if (icp.min_distance > icp.max_distance) {
-        throw Error("icp.min_distance: must not exceed icp.max_distance");
-    }
-    if (icp.trim < icp.min_overlap) {
-        throw Error(
-            "icp.trim: must not be less than icp.min_overlap, or no alignment ever succeeds");
-    }
+    expect_consistent(config.odometry.icp);
     return config;
 }
 
@@ -35,6 +26,10 @@ std::string_view to_string(LocalizationStatus status) {
 
 void describe(ConfigSchema& schema, LocalizationConfig& config) {
     describe(schema, config.odometry);
+    describe_without_odometry(schema, config);
+}
+
+void describe_without_odometry(ConfigSchema& schema, LocalizationConfig& config) {
     {
         const ConfigSchema::Section section(schema, "relocalization");
         describe(schema, config.relocalization);

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "held_pose.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "localization_config.hpp"
 #include "place_belief.hpp"
+#include "pose_keeper.hpp"
 #include "pose_predictor.hpp"
 #include "sweep_history.hpp"
 #include "tracking_doubt.hpp"
@@ -83,7 +83,7 @@ struct Localizer::State {
         double turn = 0.0;
     };
 
-    void track_from(const HeldPose& known, Scan& scan);
+    void track_from(const PoseBelief& known, Scan& scan);
     void track(Scan& scan);
     void look_up(Scan& scan);
     void lose(Scan& scan);
@@ -91,7 +91,6 @@ struct Localizer::State {
     bool is_search_due(double stamp) const;
     void search(Scan& scan);
     Relocalization find();
-    bool are_apart(const Pose2d& a, const Pose2d& b) const;
     bool is_confirmed(const Place& place) const;
     Relocalization begin_anew();
     std::optional<Place> decided_place(const Relocalization& searched) const;
@@ -108,8 +107,8 @@ struct Localizer::State {
     TrackingDoubt doubt;
     PoseKeeper keeper;
     bool tracking = false;
-    std::optional<HeldPose> given;   ///< by start_at, for the next scan
-    std::optional<Search> searched;  ///< the last one since the place was lost
+    std::optional<PoseBelief> given;  ///< by start_at, for the next scan
+    std::optional<Search> searched;   ///< the last one since the place was lost
 };
 
 Localizer::Localizer(std::shared_ptr<const ReferenceMap> map, const LocalizationConfig& config)
@@ -124,7 +123,7 @@ void Localizer::start_at(const Pose2d& map_from_robot, const Eigen::Matrix3d& co
     if (!finite || (covariance.diagonal().array() <= 0.0).any()) {
         throw Error("the pose to start at is not finite, or its covariance is not positive");
     }
-    state_->given = HeldPose{map_from_robot, covariance};
+    state_->given = PoseBelief{map_from_robot, covariance};
 }
 
 LocalizationResult Localizer::process(const Frame& frame) {
@@ -159,7 +158,7 @@ std::optional<PredictedPose> Localizer::predict(const VisualMotion& motion) {
 }
 
 /// The pose of this scan is known by other means than the motion.
-void Localizer::State::track_from(const HeldPose& known, Scan& scan) {
+void Localizer::State::track_from(const PoseBelief& known, Scan& scan) {
     belief.stop();
     history.clear();
     searched.reset();
@@ -310,12 +309,6 @@ Relocalization Localizer::State::find() {
     return of_newest;
 }
 
-bool Localizer::State::are_apart(const Pose2d& a, const Pose2d& b) const {
-    const Pose2d motion = between(a, b);
-    return motion.translation.norm() > config.relocalization.apart ||
-           std::abs(motion.heading) > config.relocalization.apart_angle;
-}
-
 /// Odometry that slips, as in a bare corridor, ties scans together that only fit a wrong place: the
 /// newest one alone must not do much better elsewhere.
 bool Localizer::State::is_confirmed(const Place& place) const {
@@ -360,9 +353,10 @@ std::optional<Place> Localizer::State::decided_place(const Relocalization& searc
     const bool possible =
         std::any_of(searched_now.places.begin(), searched_now.places.end(),
                     [&](const Place& other) {
-                        return !are_apart(other.map_from_robot, place.map_from_robot);
+                        return !are_apart(other.map_from_robot, place.map_from_robot,
+                                          config.relocalization);
                     }) &&
-        !are_apart(place.map_from_robot, clusters.front().map_from_robot);
+        !are_apart(place.map_from_robot, clusters.front().map_from_robot, config.relocalization);
     return possible ? std::optional<Place>(place) : std::nullopt;
 }
 

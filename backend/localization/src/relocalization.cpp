@@ -111,11 +111,6 @@ LikelihoodPyramid free_space(const ReferenceMap& map) {
     return LikelihoodPyramid(free, resolution, kSigma, map.pyramid().levels());
 }
 
-bool are_apart(const Place& a, const Place& b, const RelocalizationConfig& config) {
-    const Pose2d apart = between(a.map_from_robot, b.map_from_robot);
-    return apart.translation.norm() > config.apart || std::abs(apart.heading) > config.apart_angle;
-}
-
 /// The best first; of places that ICP has brought together, the best.
 std::vector<Place> distinct(std::vector<Place> places, const RelocalizationConfig& config) {
     std::stable_sort(places.begin(), places.end(),
@@ -123,7 +118,7 @@ std::vector<Place> distinct(std::vector<Place> places, const RelocalizationConfi
     std::vector<Place> kept;
     for (Place& place : places) {
         const bool is_new = std::all_of(kept.begin(), kept.end(), [&](const Place& other) {
-            return are_apart(place, other, config);
+            return are_apart(place.map_from_robot, other.map_from_robot, config);
         });
         if (is_new) {
             kept.push_back(std::move(place));
@@ -144,6 +139,11 @@ Eigen::Matrix3d covariance_of(const IcpResult& icp) {
 }
 
 }  // namespace
+
+bool are_apart(const Pose2d& a, const Pose2d& b, const RelocalizationConfig& config) {
+    const Pose2d apart = between(a, b);
+    return apart.translation.norm() > config.apart || std::abs(apart.heading) > config.apart_angle;
+}
 
 std::string_view to_string(RelocalizationMethod method) {
     return method == RelocalizationMethod::kHeadings ? "headings" : "search";
@@ -353,7 +353,8 @@ std::vector<Place> Relocalizer::headings(const Query& query) const {
                      [](const Settled& a, const Settled& b) { return a.rms < b.rms; });
     std::vector<Place> places;
     for (const Settled& candidate : settled) {
-        if (places.empty() || are_apart(places.front(), candidate.place, config_)) {
+        if (places.empty() ||
+            are_apart(places.front().map_from_robot, candidate.place.map_from_robot, config_)) {
             places.push_back(candidate.place);
             places.back().fit = fit_of(map, query, candidate.place.map_from_robot);
         }

@@ -147,6 +147,7 @@ MergedMap merge(const StoredMap& stored, const SlamMap& session, const Anchoring
     map.keyframes = stored.keyframes;
     map.graph = stored.graph;
     map.trajectory = stored.trajectory;
+    map.odometry_trajectory = stored.odometry_trajectory;
     append_graph(map.graph, stored, session, anchoring);
 
     const SeenThrough gone(session.keyframes, anchoring.nodes);

@@ -6,14 +6,9 @@
 #include <optional>
 
 #include "hybrid_slam/backend/pose_graph.hpp"
+#include "pose_belief.hpp"
 
 namespace hybrid_slam {
-
-/// Where the robot is held to be, with the covariance of (x, y, heading) in the axes of the map.
-struct PoseBelief {
-    Pose2d map_from_robot;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
 
 /// A motion with the covariance of (x, y, heading) in the axes of the pose where it ends.
 struct MotionBelief {

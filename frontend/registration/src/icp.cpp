@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/uncertainty.hpp"
 
 namespace hybrid_slam {
@@ -313,6 +314,16 @@ IcpResult align(const Surface& scan, const Reference& reference, const IcpGuess&
         result.overlap = pairing.share_within(config.min_distance);
     }
     return result;
+}
+
+void expect_consistent(const IcpConfig& config) {
+    if (config.min_distance > config.max_distance) {
+        throw Error("icp.min_distance: must not exceed icp.max_distance");
+    }
+    if (config.trim < config.min_overlap) {
+        throw Error(
+            "icp.trim: must not be less than icp.min_overlap, or no alignment ever succeeds");
+    }
 }
 
 void describe(ConfigSchema& schema, IcpConfig& config) {

@@ -175,23 +175,36 @@ TEST(SearchPyramid, HasBlocksOfAnEighthOfTheMap) {
     EXPECT_THROW(search_pyramid({}), Error);
 }
 
+/// Of the points that have one.
+struct WallOffsets {
+    double count = 0.0;
+    double mean = 0.0;  ///< metres
+    double rms = 0.0;   ///< metres
+};
+
+WallOffsets wall_offsets_of(const Surface& surface, const World& world) {
+    WallOffsets offsets;
+    double squares = 0.0;
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        if (const auto offset = offset_of(surface, i, world)) {
+            offsets.mean += *offset;
+            squares += *offset * *offset;
+            offsets.count += 1.0;
+        }
+    }
+    offsets.mean /= offsets.count;
+    offsets.rms = std::sqrt(squares / offsets.count);
+    return offsets;
+}
+
 TEST(ReferenceOfStoredMap, LiesOnTheWallsAndFacesTheRoom) {
     const World world = test::irregular_room();
     const StoredMap stored = map_of(world, test::ellipse_lap(40), 0.02);
     const auto map = reference_of(stored);
-    double sum = 0.0;
-    double squares = 0.0;
-    double count = 0.0;
-    for (std::size_t i = 0; i < map->surface().size(); ++i) {
-        if (const auto offset = offset_of(map->surface(), i, world)) {
-            sum += *offset;
-            squares += *offset * *offset;
-            count += 1.0;
-        }
-    }
-    EXPECT_GT(count, 0.97 * static_cast<double>(map->surface().size()));
-    EXPECT_LT(std::abs(sum / count), 0.002);
-    EXPECT_LT(std::sqrt(squares / count), 0.012);
+    const WallOffsets offsets = wall_offsets_of(map->surface(), world);
+    EXPECT_GT(offsets.count, 0.97 * static_cast<double>(map->surface().size()));
+    EXPECT_LT(std::abs(offsets.mean), 0.002);
+    EXPECT_LT(offsets.rms, 0.012);
     EXPECT_LT(icp_error(*map, world), 0.004);
     EXPECT_EQ(map->grid().states, stored.grid.states);
 }
@@ -240,19 +253,10 @@ TEST(ReferenceOfGrid, GivesAThickWallTwoFaces) {
 TEST(ReferenceOfGrid, StraightensTheStairsOfSlantedWalls) {
     const World world = test::irregular_room();  // none of its walls is along an axis
     const auto map = reference_of(map_of(world, test::ellipse_lap(40), 0.0).grid);
-    double sum = 0.0;
-    double squares = 0.0;
-    double count = 0.0;
-    for (std::size_t i = 0; i < map->surface().size(); ++i) {
-        if (const auto offset = offset_of(map->surface(), i, world)) {
-            sum += *offset;
-            squares += *offset * *offset;
-            count += 1.0;
-        }
-    }
-    EXPECT_GT(count, 0.95 * static_cast<double>(map->surface().size()));
-    EXPECT_LT(std::abs(sum / count), 0.006);
-    EXPECT_LT(std::sqrt(squares / count), 0.015);  // uniform in a cell would be this
+    const WallOffsets offsets = wall_offsets_of(map->surface(), world);
+    EXPECT_GT(offsets.count, 0.95 * static_cast<double>(map->surface().size()));
+    EXPECT_LT(std::abs(offsets.mean), 0.006);
+    EXPECT_LT(offsets.rms, 0.015);  // uniform in a cell would be this
     EXPECT_LT(icp_error(*map, world), 0.005);
 }
 

@@ -27,7 +27,11 @@ struct LocalizationConfig {
     double search_every = 0.5;  ///< metres driven between two searches while the place is unknown
 };
 
-/// Keys of odometry as in SlamConfig, relocalization.*, particles.*, tracking.*, localization.*
+/// Keys relocalization.*, particles.*, tracking.* and localization.*: all but those of the
+/// odometry, for a program that has these already.
+void describe_without_odometry(ConfigSchema& schema, LocalizationConfig& config);
+
+/// The same, and those of the odometry as in SlamConfig.
 void describe(ConfigSchema& schema, LocalizationConfig& config);
 
 enum class LocalizationStatus {

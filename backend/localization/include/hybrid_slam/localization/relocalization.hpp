@@ -41,6 +41,9 @@ struct RelocalizationConfig {
 
 void describe(ConfigSchema& schema, RelocalizationConfig& config);
 
+/// Whether the two are really two places.
+bool are_apart(const Pose2d& a, const Pose2d& b, const RelocalizationConfig& config);
+
 enum class PlaceVerdict {
     kFound,      ///< one place, and no other comes near it
     kAmbiguous,  ///< several places look alike: drive a little

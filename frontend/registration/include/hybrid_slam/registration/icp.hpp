@@ -35,6 +35,9 @@ struct IcpConfig {
 
 void describe(ConfigSchema& schema, IcpConfig& config);
 
+/// Throws Error that names the keys (icp.*) of values that contradict each other.
+void expect_consistent(const IcpConfig& config);
+
 enum class IcpStatus {
     kConverged,
     kMaxIterations,  ///< usable, but still moving

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "held_pose.hpp"
+#include "pose_keeper.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

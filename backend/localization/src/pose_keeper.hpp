@@ -4,14 +4,9 @@
 #include <optional>
 
 #include "hybrid_slam/localization/localizer.hpp"
+#include "pose_belief.hpp"
 
 namespace hybrid_slam {
-
-/// A pose with its doubt.
-struct HeldPose {
-    Pose2d map_from_robot;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
 
 /// The pose that was held last, carried on by the motion to tell jumps from.
 class PoseKeeper {
@@ -19,14 +14,13 @@ class PoseKeeper {
     /// The next scan. A motion that no vehicle can make is not believed: odometry aligns scans, and
     /// so may follow even one that was lifted away.
     void carry(double stamp, const Pose2d& before_from_now);
-    void hold(const HeldPose& pose) { pose_ = pose; }
-    const std::optional<HeldPose>& pose() const { return pose_; }
+    void hold(const PoseBelief& pose) { pose_ = pose; }
 
     /// Empty when the pose that was found is where the motion, and all doubt of it, would have it.
     std::optional<Jump> jump_to(const Pose2d& found) const;
 
   private:
-    std::optional<HeldPose> pose_;
+    std::optional<PoseBelief> pose_;
     std::optional<double> stamp_;
     Pose2d motion_;  ///< the last one that was believed
 };
