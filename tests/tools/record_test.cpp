@@ -123,7 +123,7 @@ TEST(Record, CtrlCIsTheUsualEnd) {
     const Scanner scanner(folder / "s300");
     const Outcome outcome =
         run(folder,
-            "--version > version.txt && timeout --preserve-status -s INT 4 "
+            "--version > version.txt && timeout --foreground --preserve-status -s INT 4 "
             "'" HYBRID_SLAM_PROGRAM "' record --lidar s300 --no-camera --out drive");
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_TRUE(RecordingReader(folder / "drive").manifest().closed);
