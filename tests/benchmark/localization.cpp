@@ -63,8 +63,6 @@ Pose2d MappedWorld::expected(const Pose2d& world_from_robot) const {
     return map.graph.nodes[nearest] * between(truth[nearest].pose, world_from_robot);
 }
 
-namespace {
-
 std::shared_ptr<const ReferenceMap> reference_of(const SlamMap& map) {
     StoredMap stored;
     stored.keyframes = map.keyframes;
@@ -72,8 +70,6 @@ std::shared_ptr<const ReferenceMap> reference_of(const SlamMap& map) {
     stored.grid = to_states(draw_grid(stored.keyframes, stored.graph));
     return reference_of(stored);
 }
-
-}  // namespace
 
 MappedWorld map_world(const World& world, const std::string& path,
                       const SimulatedDriveConfig& config) {

@@ -26,6 +26,9 @@ struct MappedWorld {
     Pose2d expected(const Pose2d& world_from_robot) const;
 };
 
+/// What is read of a map when it is stored.
+std::shared_ptr<const ReferenceMap> reference_of(const SlamMap& map);
+
 /// Drives the forklift with its lidar alone along a path of the world, and maps.
 MappedWorld map_world(const World& world, const std::string& path,
                       const SimulatedDriveConfig& config);

@@ -97,11 +97,7 @@ HalfMapped read_half_mapped(const std::filesystem::path& log) {
     read.frames = frames_of(log);
     read.whole = map_of(read.frames, read.frames.size());
     read.half = map_of(read.frames, read.frames.size() / 2);
-    StoredMap stored;
-    stored.keyframes = read.half.keyframes;
-    stored.graph = read.half.graph;
-    stored.grid = to_states(draw_grid(stored.keyframes, stored.graph));
-    read.reference = reference_of(stored);
+    read.reference = reference_of(read.half);
     return read;
 }
 

@@ -14,7 +14,9 @@ constexpr double kAskedMean = 0.007;  ///< metres
 constexpr double kAskedMeanHeading_deg = 0.10;
 constexpr double kAskedWorst = 0.015;  ///< metres
 constexpr double kAskedWorstHeading_deg = 0.3;
-constexpr double kMostBias = 0.02;  ///< metres
+constexpr double kMostBias = 0.02;      ///< metres
+constexpr double kAskedListed = 99.0;   ///< percent
+constexpr double kAskedMemory = 100.0;  ///< MB
 
 /// Table 4.25 of the thesis: cm and its heading, which counts from +y.
 std::vector<Pose2d> table_poses() {
@@ -192,23 +194,26 @@ int measure_hall_poses(const LocalizationOptions& options, std::ostream& out) {
 }
 
 int measure_racks(const LocalizationOptions& options, std::ostream& out) {
-    const World world = read_world(options.worlds / "warehouse.yaml");
-    const MappedWorld mapped = map_truly(world, "all_aisles");
-    const Tallies tallies =
-        ask(mapped, random_poses(mapped, options.poses, RobotConfig().lidar.robot_from_laser(), 1),
+    int misses = 0;
+    for (const char* name : {"racks", "warehouse"}) {
+        const World world = read_world(options.worlds / (std::string(name) + ".yaml"));
+        const MappedWorld mapped = map_truly(world, "all_aisles");
+        const Tallies tallies = ask(
+            mapped, random_poses(mapped, options.poses, RobotConfig().lidar.robot_from_laser(), 1),
             2, Baselines::kOne);
-    const double listed = 100.0 *
-                          static_cast<double>(tallies.search.listed + tallies.search.right) /
-                          static_cast<double>(tallies.search.asked);
-    const bool good = listed >= 99.0 && tallies.search.wrong == 0;
-    fmt::print(out, "{} random poses among look-alike racks (50 x 30 m), one scan\n",
-               options.poses);
-    print(tallies, out);
-    fmt::print(out,
-               "found, or ambiguous with the true place in the list: {:.1f} %, asked 99 %, none "
-               "wrong but sure   {}\n\n",
-               listed, good ? "ok" : "MISS");
-    return good ? 0 : 1;
+        const Tally& search = tallies.search;
+        const double listed = 100.0 * static_cast<double>(search.listed + search.right) /
+                              static_cast<double>(search.asked);
+        const bool good = listed >= kAskedListed && search.wrong == 0;
+        fmt::print(out, "{} random poses in {} (50 x 30 m), one scan\n", options.poses, name);
+        print(tallies, out);
+        fmt::print(out,
+                   "found, or ambiguous with the true place in the list: {:.1f} %, asked {:g} %, "
+                   "none wrong but sure   {}\n\n",
+                   listed, kAskedListed, good ? "ok" : "MISS");
+        misses += good ? 0 : 1;
+    }
+    return misses;
 }
 
 namespace {
@@ -303,8 +308,13 @@ int measure_search_speed(const LocalizationOptions& options, std::ostream& out) 
         const World world =
             side_by_side(read_world(options.worlds / (std::string(asked.world) + ".yaml")),
                          asked.path, asked.copies);
-        const MappedWorld mapped = map_truly(world, "");
+        MappedWorld mapped = map_truly(world, "");
+        mapped.reference.reset();
+        MemoryGrowth memory;
+        mapped.reference = reference_of(mapped.map);
         const Relocalizer relocalizer = relocalizer_of(mapped, RelocalizationMethod::kSearch);
+        const double making = memory.peak_mb();
+        const double held = memory.held_mb();
         std::mt19937 random(3);
         Tally tally;
         for (const Pose2d& pose : random_poses(mapped, 40, robot_from_laser, 5)) {
@@ -314,13 +324,15 @@ int measure_search_speed(const LocalizationOptions& options, std::ostream& out) 
             tally.take(found, mapped.expected(pose), clock.seconds());
         }
         const double ms = 1e3 * tally.seconds / static_cast<double>(tally.asked);
-        const bool good = ms <= asked.ms;
+        const double mb = memory.peak_mb();
+        const bool good = ms <= asked.ms && mb <= kAskedMemory;
         fmt::print(
             out,
-            "{} x {}: {:.0f} m2 of free space, a search takes {:.1f} ms (worst {:.1f} ms), peak "
-            "memory of the process {:.0f} MB   asked {:g} ms   {}\n",
+            "{} x {}: {:.0f} m2 of free space, a search takes {:.1f} ms (worst {:.1f} ms); "
+            "map and search hold {:.0f} MB, with searches {:.0f} MB at most ({:.0f} MB while the "
+            "map is made of its keyframes)   asked {:g} ms, {:g} MB   {}\n",
             asked.world, asked.copies, free_area(*mapped.reference), ms, 1e3 * tally.worst_seconds,
-            peak_memory_mb(), asked.ms, good ? "ok" : "MISS");
+            held, mb, making, asked.ms, kAskedMemory, good ? "ok" : "MISS");
         misses += good ? 0 : 1;
     }
     fmt::print(out, "\n");

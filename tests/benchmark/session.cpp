@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <utility>
@@ -149,6 +151,27 @@ double peak_memory_mb() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+namespace {
+
+/// What is in use, from where the peak begins anew: proc(5).
+double resident_mb() {
+    malloc_trim(0);
+    std::ofstream("/proc/self/clear_refs") << "5";
+    return peak_memory_mb();
+}
+
+}  // namespace
+
+MemoryGrowth::MemoryGrowth() : before_mb_(resident_mb()) {}
+
+double MemoryGrowth::peak_mb() const {
+    return peak_memory_mb() - before_mb_;
+}
+
+double MemoryGrowth::held_mb() {
+    return resident_mb() - before_mb_;
 }
 
 ClosureAudit audit_by_relations(const SlamMap& map, const std::vector<Relation>& relations) {

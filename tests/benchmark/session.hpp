@@ -27,6 +27,18 @@ Session run_session(Source& source, const SlamConfig& config);
 /// Peak resident memory of this process so far.
 double peak_memory_mb();
 
+/// How much memory comes into use from now on.
+class MemoryGrowth {
+  public:
+    MemoryGrowth();
+    double peak_mb() const;
+    /// Of what is in use now, and the peak begins anew there.
+    double held_mb();
+
+  private:
+    double before_mb_;
+};
+
 /// Accepted closures held against what is known better.
 struct ClosureAudit {
     std::size_t accepted = 0;

@@ -94,11 +94,12 @@ LikelihoodPyramid free_space(const ReferenceMap& map) {
     constexpr double kSigma = 0.4;  // metres; what is not 0 reaches 2.5 times as far
     const GridGeometry& geometry = map.grid().geometry;
     const double resolution = map.pyramid().geometry().resolution;
+    const double step = 0.25 * kSigma;  // a mask needs no more
     const double width = geometry.width * geometry.resolution;
     const double height = geometry.height * geometry.resolution;
     Points free;
-    for (double y = 0.5 * resolution; y < height; y += resolution) {
-        for (double x = 0.5 * resolution; x < width; x += resolution) {
+    for (double y = 0.5 * step; y < height; y += step) {
+        for (double x = 0.5 * step; x < width; x += step) {
             const Point2 place = geometry.origin + Point2(x, y);
             if (map.grid().at(geometry.cell_of(place)) == CellState::kFree) {
                 free.push_back(place);
