@@ -388,10 +388,7 @@ void add_calibrate_extrinsics_command(CLI::App& calibrate, Action& action) {
         ->add_option("-o,--out", options->out, "Robot (YAML) to write; a robot's file is replaced")
         ->required()
         ->type_name("FILE");
-    command
-        ->add_option("-c,--config", options->config,
-                     "Configuration (YAML) of scan matching and visual odometry")
-        ->type_name("FILE");
+    add_config_option(*command, options->config, " of scan matching and visual odometry");
     add_set_option(*command, options->overrides, "vo.features=300");
     add_common_options(*command, options->common);
     command->footer(kFooter);

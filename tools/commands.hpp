@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
@@ -41,6 +42,10 @@ struct CommonOptions {
     bool json = false;
 };
 void add_common_options(CLI::App& command, CommonOptions& options);
+
+/// -c, --config; `of` ends what the help says of it.
+void add_config_option(CLI::App& command, std::filesystem::path& file,
+                       const std::string& of = "; config/default.yaml has all keys");
 
 /// --set key=value, as often as one likes.
 void add_set_option(CLI::App& command, std::vector<std::string>& overrides,

@@ -15,6 +15,10 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
     });
 }
 
+void add_config_option(CLI::App& command, std::filesystem::path& file, const std::string& of) {
+    command.add_option("-c,--config", file, "Configuration (YAML)" + of)->type_name("FILE");
+}
+
 void add_set_option(CLI::App& command, std::vector<std::string>& overrides,
                     const std::string& example) {
     command.add_option("--set", overrides, "Overrides one key, e.g. " + example)

@@ -170,8 +170,7 @@ void add_compare_command(CLI::App& program, Action& action) {
         ->type_name("FILE");
     command->add_option("-o,--out", options.out, "Folder for the results (DRIVE_compare)")
         ->type_name("DIR");
-    command->add_option("-c,--config", options.config, "Configuration (YAML) of all variants")
-        ->type_name("FILE");
+    add_config_option(*command, options.config, " of all variants");
     add_set_option(*command, options.overrides, "scan.range_max=20");
     add_common_options(*command, choice->common);
     command->footer(kFooter);

@@ -14,6 +14,7 @@
 #include "hybrid_slam/core/text_file.hpp"
 #include "input.hpp"
 #include "messages.hpp"
+#include "stored_map.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -64,24 +65,12 @@ MapArea area_of(const CropOptions& options) {
     }
     if (!std::all_of(options.box.begin(), options.box.end(),
                      [](double corner) { return std::isfinite(corner); })) {
-        throw Error("--box: must be four numbers");
+        throw CLI::ValidationError("--box", "must be four numbers");
     }
     const auto [x0, x1] = std::minmax(options.box[0], options.box[2]);
     const auto [y0, y1] = std::minmax(options.box[1], options.box[3]);
     area.polygon = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
     return area;
-}
-
-/// The name of the drive that the map was made of, when its summary tells.
-std::string log_of(const fs::path& map) {
-    const fs::path file = map / "summary.json";
-    if (!fs::is_regular_file(file)) {
-        return "";
-    }
-    constexpr std::size_t kMostBytes = std::size_t{1} << 28U;
-    const auto summary = nlohmann::json::parse(read_whole_file(file, kMostBytes), nullptr, false);
-    const bool told = summary.is_object() && summary.contains("log") && summary["log"].is_string();
-    return told ? summary["log"].get<std::string>() : "";
 }
 
 nlohmann::ordered_json summary_of(const CropOptions& options, const MapArea& area,
@@ -91,7 +80,7 @@ nlohmann::ordered_json summary_of(const CropOptions& options, const MapArea& are
         corners.push_back({corner.x(), corner.y()});
     }
     return {{"program", "hybrid-slam " HYBRID_SLAM_VERSION},
-            {"log", log_of(options.map)},
+            {"log", drive_of(options.map)},
             {"cropped_from", name_of(options.map)},
             {"area", {{"polygon", corners}, {"outside", area.outside}}},
             {"scans", after.trajectory.size()},
@@ -105,18 +94,19 @@ int run_crop(const CropOptions& options, const MapArea& area) {
     if (fs::equivalent(options.map, options.out, ignored)) {
         throw Error(options.out.string() + ": is the map itself; name another --out");
     }
-    const StoredMap before = read_map(options.map);
+    const StoredMap before = open_map_folder(options.map);
     const SlamMap after = crop(before, area);
     MapFolderWriter writer(options.out);
     OccupancyGridConfig grid;
     grid.resolution = before.grid.geometry.resolution;
     write_map(writer.path(), after, grid);
-    if (fs::is_regular_file(options.map / "config.yaml")) {
-        fs::copy_file(options.map / "config.yaml", writer.path() / "config.yaml");
+    const fs::path config = options.map / MapExtras::kConfig;
+    if (fs::is_regular_file(config)) {
+        fs::copy_file(config, writer.path() / MapExtras::kConfig);
     }
     const nlohmann::ordered_json summary = summary_of(options, area, before, after);
     write_text(
-        writer.path() / "summary.json",
+        writer.path() / MapExtras::kSummary,
         summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
     writer.commit();
     if (options.common.json) {

@@ -21,6 +21,7 @@
 #include "hybrid_slam/localization/reference_map.hpp"
 #include "messages.hpp"
 #include "output_guard.hpp"
+#include "stored_map.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -160,8 +161,7 @@ struct Exportable {
 };
 
 Exportable read_exportable(const ExportOptions& options, const FormatNames& names) {
-    const fs::path suffix = options.map.extension();
-    if (!fs::is_directory(options.map) && (suffix == ".yaml" || suffix == ".yml")) {
+    if (is_map_server_file(options.map)) {
         if (!names.of_grids) {
             throw Error(
                 fmt::format("{}: a map_server map has nothing for format {}; it needs a "
@@ -171,7 +171,7 @@ Exportable read_exportable(const ExportOptions& options, const FormatNames& name
         return {std::nullopt, read_map_server(options.map)};
     }
     Exportable exportable;
-    exportable.stored = read_map(options.map);
+    exportable.stored = open_map_folder(options.map);
     exportable.grid = exportable.stored->grid;
     return exportable;
 }

@@ -6,6 +6,7 @@
 
 #include "commands.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/localization/reference_map.hpp"
 #include "input.hpp"
 #include "inspection_report.hpp"
 #include "messages.hpp"
@@ -106,13 +107,8 @@ int show_grid(const InfoOptions& options) {
     return kOk;
 }
 
-bool is_grid(const std::filesystem::path& file) {
-    const std::filesystem::path suffix = file.extension();
-    return std::filesystem::is_regular_file(file) && (suffix == ".yaml" || suffix == ".yml");
-}
-
 int run_info(const InfoOptions& options) {
-    if (is_grid(options.folder)) {
+    if (is_map_server_file(options.folder)) {
         return show_grid(options);
     }
     if (!std::filesystem::is_directory(options.folder)) {

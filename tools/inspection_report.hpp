@@ -28,17 +28,17 @@ struct MapReport {
     std::size_t edges = 0;
     std::size_t closures = 0;
     std::size_t scans = 0;
-    double duration = 0.0;                                      ///< seconds
-    double path = 0.0;                                          ///< metres driven
-    double width = 0.0;                                         ///< metres, of the grid
-    double height = 0.0;                                        ///< metres
-    double resolution = 0.0;                                    ///< metres
-    double free_area = 0.0;                                     ///< square metres known to be free
-    double occupied_area = 0.0;                                 ///< likewise
+    double duration = 0.0;       ///< seconds driven, of all the drives
+    double path = 0.0;           ///< metres driven, likewise
+    double width = 0.0;          ///< metres, of the grid
+    double height = 0.0;         ///< metres
+    double resolution = 0.0;     ///< metres
+    double free_area = 0.0;      ///< square metres known to be free
+    double occupied_area = 0.0;  ///< likewise
     std::vector<std::pair<std::string, std::uintmax_t>> files;  ///< with their bytes, by name
     bool pyramid = false;  ///< has what searching the whole map needs ready
-    std::string made;  ///< UTC, when its configuration was written; empty when that is not there
-    std::string from;  ///< name of the drive; empty when its summary is not there
+    std::string made;      ///< UTC, when its manifest was written
+    std::string from;      ///< name of the drive; empty when its summary is not there
 };
 
 /// What it says of a map_server map. Throws Error as its reader does.

@@ -73,12 +73,6 @@ Json places_json(const Relocalization& relocalization) {
 
 }  // namespace
 
-bool is_trusted(const LocalizationResult& result) {
-    return result.map_from_robot && result.score > 0.0 &&
-           (result.status == LocalizationStatus::kTracking ||
-            result.status == LocalizationStatus::kDegraded);
-}
-
 LocalizationLog::LocalizationLog(const RunFolder& folder, Start start)
     : folder_(folder), start_(std::move(start)) {}
 
@@ -91,13 +85,13 @@ void LocalizationLog::begin() {
     events_->add(start_.event.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-void LocalizationLog::add(const LocalizationResult& result) {
+void LocalizationLog::add(const LocalizationResult& result, bool sure) {
     if (!poses_) {
         begin();
     }
     add_row(result);
     add_events(result);
-    if (is_trusted(result)) {
+    if (sure) {
         LastPose& last = start_.last_pose;
         last.stamp = result.stamp;
         last.map_from_robot = *result.map_from_robot;

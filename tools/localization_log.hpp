@@ -28,8 +28,8 @@ class LocalizationLog {
     /// Nothing is touched before the first result. `folder` must outlive it.
     LocalizationLog(const RunFolder& folder, Start start);
 
-    /// Throws Error when the disk is full.
-    void add(const LocalizationResult& result);
+    /// `sure`: the pose is one to start from next time. Throws Error when the disk is full.
+    void add(const LocalizationResult& result, bool sure);
     /// What has not reached the files yet. Throws Error likewise.
     void save();
 
@@ -50,9 +50,5 @@ class LocalizationLog {
     std::size_t places_ = 0;
     Stopwatch since_save_;
 };
-
-/// Whether the pose is sure enough to start from it next time: its status is tracking or degraded,
-/// and what is seen does not speak against it altogether.
-bool is_trusted(const LocalizationResult& result);
 
 }  // namespace hybrid_slam::tools

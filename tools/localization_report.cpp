@@ -115,7 +115,7 @@ Json summary_of(const LocalizationRun& run, const std::optional<RunTruth>& truth
             {"warnings", std::move(warnings)},
             {"scans", run.scans},
             {"duration_s", rounded(run.recorded)},
-            {"path_length_m", rounded(length_of(run.trajectory))},
+            {"path_length_m", rounded(run.path)},
             {"found_after_s", run.found_after ? Json(rounded(*run.found_after)) : Json()},
             {"statuses", statuses_json(run)},
             {"jumps", {{"count", run.jumps.size()}, {"largest_m", rounded(largest_jump(run))}}},
@@ -134,7 +134,7 @@ Json summary_of(const LocalizationRun& run, const std::optional<RunTruth>& truth
 std::string summary_text(const LocalizationRun& run, const std::optional<RunTruth>& truth) {
     std::string text = fmt::format(
         "drive      {} in {}, {:.1f} m in the map{}\nplace      {}; {}\n",
-        counted(run.scans, "scan"), duration_text(run.recorded), length_of(run.trajectory),
+        counted(run.scans, "scan"), duration_text(run.recorded), run.path,
         run.interrupted ? "; interrupted before its end" : "", place_text(run), shares_text(run));
     if (run.trusted > 0) {
         text += fit_text(run);

@@ -7,9 +7,24 @@
 #include "frame_stream.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
+#include "pose_trust.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
+
+/// Metres along what hangs together.
+double length_of(const std::vector<WayPoint>& way) {
+    double length = 0.0;
+    Trajectory piece;
+    for (const WayPoint& point : way) {
+        if (!point.follows) {
+            length += hybrid_slam::length_of(piece);
+            piece.clear();
+        }
+        piece.push_back({0.0, point.map_from_robot});
+    }
+    return length + hybrid_slam::length_of(piece);
+}
 
 /// The loop over one input.
 class Runner {
@@ -24,6 +39,7 @@ class Runner {
         while (!run_.interrupted) {
             const std::optional<DriveStep> step = stream_.next();
             if (!step) {
+                run_.interrupted = input_.live() && interrupted();  // a recording has an end
                 break;
             }
             if (step->motion) {
@@ -39,6 +55,7 @@ class Runner {
         log_.save();
         run_.scans = stream_.frames();
         run_.recorded = stream_.recorded();
+        run_.path = length_of(run_.way);
         run_.input = input_.counts();
         run_.warnings = input_.warnings();
         run_.vision = watch_.finish();
@@ -48,7 +65,8 @@ class Runner {
   private:
     void follow(const VisualMotion& motion) {
         watch_.see(motion);
-        if (const std::optional<PredictedPose> pose = localizer_.predict(motion)) {
+        const std::optional<PredictedPose> pose = localizer_.predict(motion);
+        if (pose && trust_.known()) {
             run_.camera_poses.push_back({pose->stamp, pose->map_from_robot});
         }
     }
@@ -57,7 +75,8 @@ class Runner {
         const Stopwatch clock;
         const LocalizationResult result = localizer_.process(frame);
         run_.scan.add(clock.seconds());
-        log_.add(result);
+        trust_.see(result);
+        log_.add(result, trust_.sure());
         count(result);
         monitor_.look(result, {input_.source().progress(), stream_.frames(), stream_.recorded()});
     }
@@ -69,8 +88,10 @@ class Runner {
             ++run_.priors_used[std::string(to_string(result.prior_used))];
         }
         ++run_.statuses[std::string(to_string(result.status))];
-        if (is_trusted(result)) {
+        if (trust_.known()) {
             run_.found_after = run_.found_after.value_or(result.stamp - *first_stamp_);
+        }
+        if (trust_.sure()) {
             ++run_.trusted;
             run_.score_sum += result.score;
             run_.unmapped_sum += result.fit.unmapped;
@@ -93,11 +114,13 @@ class Runner {
     }
 
     void keep(const LocalizationResult& result) {
-        if (result.map_from_robot) {
+        if (trust_.known()) {
             run_.trajectory.push_back({result.stamp, *result.map_from_robot});
+        }
+        if (result.map_from_robot && (trust_.known() || was_known_)) {
             run_.way.push_back({*result.map_from_robot, result.status, was_known_ && !result.jump});
         }
-        was_known_ = result.map_from_robot.has_value();
+        was_known_ = trust_.known();
     }
 
     Input& input_;
@@ -106,6 +129,7 @@ class Runner {
     LocalizationLog& log_;
     LocalizationMonitor& monitor_;
     VisionWatch watch_;
+    PoseTrust trust_;
     LocalizationRun run_;
     std::optional<double> first_stamp_;
     bool was_known_ = false;
@@ -131,10 +155,12 @@ PlaceVerdict LocalizationRun::why_not_found() const {
     for (const auto& [verdict, count] : searches) {
         all += count;
     }
+    if (all == 0) {
+        return PlaceVerdict::kUnfinished;
+    }
     const auto missed = searches.find(PlaceVerdict::kNotInMap);
-    return all == 0 || (missed != searches.end() && 2 * missed->second > all)
-               ? PlaceVerdict::kNotInMap
-               : PlaceVerdict::kAmbiguous;
+    return missed != searches.end() && 2 * missed->second > all ? PlaceVerdict::kNotInMap
+                                                                : PlaceVerdict::kAmbiguous;
 }
 
 LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
@@ -143,7 +169,7 @@ LocalizationRun run_localization(Input& input, const std::string& name, Localize
     const double cpu_at_start = cpu_seconds();
     Runner runner(input, localizer, log, monitor);
     LocalizationRun run = runner.run();
-    if (!runner.saw_anything()) {
+    if (!runner.saw_anything() && !run.interrupted) {
         throw Error(name + ": no usable scan in it");
     }
     run.name = name;

@@ -28,18 +28,19 @@ struct LocalizationRun {
     std::vector<std::string> warnings;  ///< what in it was not as it should be
     std::size_t scans = 0;
     double recorded = 0.0;              ///< seconds between the earliest and the latest scan
-    std::optional<double> found_after;  ///< seconds from the first scan to the first trusted pose
+    double path = 0.0;                  ///< metres driven while the place was known
+    std::optional<double> found_after;  ///< seconds from the first scan to the first known pose
     std::map<std::string, std::size_t> statuses;
     std::map<std::string, std::size_t> priors_used;  ///< of all scans but the first
     std::map<PlaceVerdict, std::size_t> searches;    ///< by verdict
     std::size_t most_nodes = 0;                      ///< of a search
-    std::size_t trusted = 0;                         ///< scans with a trusted pose
+    std::size_t trusted = 0;                         ///< scans with a pose to be sure of
     double score_sum = 0.0;                          ///< over these
     double unmapped_sum = 0.0;                       ///< over these
     double misfit_sum = 0.0;                         ///< over these, metres
     std::vector<Jump> jumps;
-    Trajectory trajectory;      ///< at scans, while the place is known
-    std::vector<WayPoint> way;  ///< the same for a picture
+    Trajectory trajectory;      ///< at scans, while the place is known (see pose_trust.hpp)
+    std::vector<WayPoint> way;  ///< the same for a picture, and where it was lost
     Trajectory camera_poses;    ///< between them
     Vision vision;
     StageTime read;
@@ -50,12 +51,13 @@ struct LocalizationRun {
     std::size_t with(LocalizationStatus status) const;
     double share_of(LocalizationStatus status) const;
     double mean_of(double sum) const;  ///< over the trusted scans
-    /// Of a drive that was never found: what most of its searches say, ambiguous or not in the map.
+    /// Of a drive that was never found: what most of its searches say, ambiguous or not in the map;
+    /// unfinished when there was none.
     PlaceVerdict why_not_found() const;
 };
 
 /// Runs the input through the localizer to its end or until a signal comes (see interrupt.hpp).
-/// Throws Error for one that has no scan with a return in it, and when the disk is full.
+/// Throws Error for one that ends without a scan with a return in it, and when the disk is full.
 LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
                                  LocalizationLog& log, LocalizationMonitor& monitor);
 

@@ -22,6 +22,8 @@
 #include "place_pictures.hpp"
 #include "place_report.hpp"
 #include "run_folder.hpp"
+#include "run_yardstick.hpp"
+#include "stored_map.hpp"
 #include "visual_input.hpp"
 
 namespace hybrid_slam::tools {
@@ -41,6 +43,7 @@ struct LocalizeOptions {
     std::vector<double> initial_sigma = {0.5, 10.0};  ///< metres, degrees
     fs::path resume;
     YardstickFiles yardstick;
+    bool own_truth = false;  ///< is that of the recording, nobody asked for it
     fs::path map_truth;
     fs::path config;
     Overrides overrides;
@@ -61,7 +64,8 @@ Files of the run folder:
   poses.csv          each scan: status, pose, sigmas, fit        config.yaml    effective configuration
   events.jsonl       searches, jumps, changes of the status      last_pose.json for --resume
 Exit codes: 0 done; 5 never found, several places look alike; 6 never found, not in this map;
-            1 bad input or another failure; 2 wrong usage; 3 interrupted (live 0), all is saved.
+            1 bad input or another failure; 2 wrong usage; 3 interrupted, all is saved
+            (live, where Ctrl-C is the end: 3 only before the first scan).
 Examples:
   hybrid-slam localize hall/ drive2/ --out run2/
   hybrid-slam localize hall/ drive2/ --out run2/ --initial-pose=1.5,-2,90 --initial-sigma 0.5,10
@@ -100,8 +104,9 @@ Start resumed(const LocalizeOptions& options, const std::string& identity) {
     }
     const LastPose last = read_last_pose(file);
     if (last.map_identity != identity) {
-        throw Error(fmt::format("{}: is a pose in another map ('{}'), not in '{}'", file.string(),
-                                last.map, options.map.string()));
+        throw Error(fmt::format(
+            "{}: is a pose in another map ('{}', identity {}), not in '{}' ({})", file.string(),
+            last.map, last.map_identity, options.map.string(), identity));
     }
     Start start;
     start.map_from_robot = last.map_from_robot;
@@ -113,7 +118,21 @@ Start resumed(const LocalizeOptions& options, const std::string& identity) {
     return start;
 }
 
-Start start_of(const LocalizeOptions& options, const std::string& identity) {
+/// Where the map knows nothing, no scan can contradict a pose.
+void expect_inside(const ReferenceMap& map, const Pose2d& pose) {
+    const GridGeometry& grid = map.grid().geometry;
+    const Point2 upper = grid.origin + grid.resolution * Point2(grid.width, grid.height);
+    if ((pose.translation.array() < grid.origin.array()).any() ||
+        (pose.translation.array() > upper.array()).any()) {
+        throw Error(fmt::format(
+            "--initial-pose: {:g}, {:g} is not in the map, which reaches from "
+            "{:.1f}, {:.1f} to {:.1f}, {:.1f}",
+            pose.x(), pose.y(), grid.origin.x(), grid.origin.y(), upper.x(), upper.y()));
+    }
+}
+
+Start start_of(const LocalizeOptions& options, const ReferenceMap& map,
+               const std::string& identity) {
     if (!options.resume.empty()) {
         return resumed(options, identity);
     }
@@ -124,6 +143,7 @@ Start start_of(const LocalizeOptions& options, const std::string& identity) {
     Start start;
     start.map_from_robot = Pose2d(pose[0], pose[1], normalize_angle(radians(pose[2])));
     start.covariance = diagonal(options.initial_sigma[0], radians(options.initial_sigma[1]));
+    expect_inside(map, *start.map_from_robot);
     start.event = {
         {"event", "start"}, {"from", "initial pose"}, {"pose", to_json(*start.map_from_robot)}};
     return start;
@@ -145,39 +165,32 @@ std::unique_ptr<Input> input_of(const LocalizeOptions& options, const Settings& 
                        settings.vision);
 }
 
-/// The poses seen from where the truth counts from: a map made of a drive whose truth is known
-/// lies where that puts it.
-Trajectory in_truth(const LocalizeOptions& options, const Trajectory& trajectory) {
-    const fs::path mapped = options.map / "trajectory.tum";
-    if (!fs::exists(mapped)) {
-        throw Error(options.map.string() + ": has no trajectory.tum, which --map-truth needs");
+/// A truth that only lies beside the drive is no reason to fail.
+std::optional<RunYardstick> yardstick_of(const LocalizeOptions& options) {
+    if (!options.map_truth.empty() && options.yardstick.truth.empty()) {
+        throw Error("--map-truth: there is no --truth to hold the poses against");
     }
-    const Pose2d truth_from_map =
-        truth_error(read_tum(mapped), read_tum(options.map_truth)).truth_from_estimate;
-    Trajectory moved;
-    for (const StampedPose& pose : trajectory) {
-        moved.push_back({pose.stamp, truth_from_map * pose.pose});
-    }
-    return moved;
-}
-
-std::optional<RunTruth> measure(const LocalizeOptions& options, const LocalizationRun& run) {
-    YardstickFiles files = options.yardstick;
-    if ((files.truth.empty() && files.relations.empty()) || run.trajectory.size() < 2) {
+    if (options.yardstick.truth.empty() && options.yardstick.relations.empty()) {
         return std::nullopt;
     }
     try {
-        const bool placed = !options.map_truth.empty() && files.relations.empty();
-        files.alignment = placed ? TruthAlignment::kNone : files.alignment;
-        const Yardstick yardstick(files);
-        std::string how = yardstick.description();
-        if (placed) {
-            how += ", which " + options.map_truth.string() + " ties to the map";
-        } else if (files.relations.empty() && files.alignment != TruthAlignment::kNone) {
-            how += ": the map's frame is its own (--map-truth ties it to the truth)";
+        return RunYardstick(options.yardstick, options.map, options.map_truth);
+    } catch (const Error& error) {
+        if (!options.own_truth || !options.map_truth.empty()) {
+            throw;
         }
-        return RunTruth{
-            yardstick.measure(placed ? in_truth(options, run.trajectory) : run.trajectory), how};
+        print_warning(std::string("not held against the truth: ") + error.what());
+        return std::nullopt;
+    }
+}
+
+std::optional<RunTruth> measure(const std::optional<RunYardstick>& yardstick,
+                                const LocalizationRun& run) {
+    if (!yardstick || run.trajectory.size() < 2) {
+        return std::nullopt;
+    }
+    try {
+        return yardstick->measure(run.trajectory);
     } catch (const Error& error) {
         print_warning(std::string("not held against the truth: ") + error.what());
         return std::nullopt;
@@ -227,7 +240,7 @@ int exit_code_of(const LocalizationRun& run) {
 LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options,
                          const Settings& settings, const std::shared_ptr<const ReferenceMap>& map) {
     const std::string identity = identity_of(*map);
-    const Start start = start_of(options, identity);
+    const Start start = start_of(options, *map, identity);
     Localizer localizer(map, localization_of(settings));
     if (start.map_from_robot) {
         localizer.start_at(*start.map_from_robot, start.covariance);
@@ -248,9 +261,14 @@ LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options
 int run_localize(const LocalizeOptions& options) {
     const Settings settings = settings_of(options);
     catch_interrupts();
+    const std::optional<RunYardstick> yardstick = yardstick_of(options);
     const RunFolder folder(options.out);
-    const std::shared_ptr<const ReferenceMap> map = read_reference_map(options.map);
+    const std::shared_ptr<const ReferenceMap> map = open_reference_map(options.map);
     LocalizationRun run = run_into(folder, options, settings, map);
+    if (run.scans == 0) {
+        print_warning("interrupted before a scan came; nothing was written");
+        return kInterrupted;
+    }
     run.interrupted = run.interrupted && !options.live;
     if (!run.warnings.empty()) {
         print_info(fmt::format("{}: {}", run.name, fmt::join(run.warnings, "; ")));
@@ -261,7 +279,7 @@ int run_localize(const LocalizeOptions& options) {
     if (run.interrupted) {
         print_warning("interrupted; all up to there is saved");
     }
-    const std::optional<RunTruth> truth = measure(options, run);
+    const std::optional<RunTruth> truth = measure(yardstick, run);
     const Json summary = write_files(folder, options, *map, run, truth);
     if (options.common.json) {
         print_json(summary);
@@ -277,6 +295,7 @@ void take_own_truth(LocalizeOptions& options) {
     if (!options.live && options.yardstick.truth.empty() && options.yardstick.relations.empty() &&
         fs::exists(own)) {
         options.yardstick.truth = own;
+        options.own_truth = true;
     }
 }
 
@@ -345,10 +364,7 @@ void add_localize_command(CLI::App& program, Action& action) {
                      "True trajectory (TUM) of the drive that the map was made from: then no "
                      "alignment hides an error")
         ->type_name("FILE");
-    command
-        ->add_option("-c,--config", options->config,
-                     "Configuration (YAML); config/default.yaml has all keys")
-        ->type_name("FILE");
+    add_config_option(*command, options->config);
     add_set_option(*command, options->overrides, "tracking.window=20");
     add_common_options(*command, options->common);
     command->footer(kFooter);

@@ -15,6 +15,7 @@
 #include "messages.hpp"
 #include "progress.hpp"
 #include "session.hpp"
+#include "stored_map.hpp"
 #include "summary.hpp"
 #include "visual_input.hpp"
 
@@ -110,7 +111,7 @@ nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Re
     OutputTimings timings;
     const Stopwatch map_clock;
     write_map(folder, result.session.map, settings.map);
-    write_text(folder / "config.yaml", to_yaml(settings));
+    write_text(folder / MapExtras::kConfig, to_yaml(settings));
     timings.write_map = map_clock.seconds();
     const Stopwatch picture_clock;
     draw_map(folder, result);
@@ -122,7 +123,7 @@ nlohmann::ordered_json write_files(const std::filesystem::path& folder, const Re
         summary["timings"]["anchor_s"] = rounded(result.onto->seconds);
     }
     write_text(
-        folder / "summary.json",
+        folder / MapExtras::kSummary,
         summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
     return summary;
 }
@@ -246,10 +247,7 @@ void add_map_command(CLI::App& program, Action& action) {
         ->add_option("--onto", options->onto,
                      "Stored map (folder) to anchor the drive to; OUT becomes the map of both")
         ->type_name("DIR");
-    command
-        ->add_option("-c,--config", options->config,
-                     "Configuration (YAML); config/default.yaml has all keys")
-        ->type_name("FILE");
+    add_config_option(*command, options->config);
     add_set_option(*command, options->overrides, "icp.max_iterations=50");
     command->add_flag_callback(
         "--no-graph", [options] { options->overrides.emplace_back("graph.enabled=false"); },

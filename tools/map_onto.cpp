@@ -9,6 +9,7 @@
 #include "hybrid_slam/core/stopwatch.hpp"
 #include "input.hpp"
 #include "messages.hpp"
+#include "stored_map.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -56,7 +57,7 @@ std::size_t OntoResult::believed() const {
 }
 
 OntoMap::OntoMap(const std::filesystem::path& folder)
-    : name_(name_of(folder)), stored_(read_map(folder)), reference_(reference_of(stored_)) {}
+    : name_(name_of(folder)), stored_(open_map_folder(folder)), reference_(reference_of(stored_)) {}
 
 OntoResult OntoMap::anchor(SlamMap& map, const Settings& settings) const {
     const Stopwatch clock;

@@ -4,12 +4,13 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "hybrid_slam/backend/map_folder.hpp"
-#include "hybrid_slam/core/text_file.hpp"
 #include "inspection_report.hpp"
 #include "messages.hpp"
+#include "stored_map.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -19,6 +20,20 @@ double duration_of(const Trajectory& trajectory) {
         std::minmax_element(trajectory.begin(), trajectory.end(),
                             [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
     return trajectory.empty() ? 0.0 : last->stamp - first->stamp;
+}
+
+/// A map of several drives, or a cropped one, holds pieces of ways: from one to the next nobody
+/// drove. Logs have short steps back in time, which are none.
+std::vector<Trajectory> pieces_of(const Trajectory& trajectory) {
+    constexpr double kPause = 5.0;  // seconds
+    std::vector<Trajectory> pieces;
+    for (const StampedPose& pose : trajectory) {
+        if (pieces.empty() || std::abs(pose.stamp - pieces.back().back().stamp) > kPause) {
+            pieces.emplace_back();
+        }
+        pieces.back().push_back(pose);
+    }
+    return pieces;
 }
 
 /// When the file was last written, UTC.
@@ -33,16 +48,6 @@ std::string date_of(const std::filesystem::path& file) {
 double area_of(const StateGrid& grid, CellState state) {
     return static_cast<double>(std::count(grid.states.begin(), grid.states.end(), state)) *
            grid.geometry.resolution * grid.geometry.resolution;
-}
-
-std::string drive_of(const std::filesystem::path& summary) {
-    constexpr std::size_t kMostBytes = std::size_t{1} << 28U;
-    if (!std::filesystem::is_regular_file(summary)) {
-        return "";
-    }
-    const auto json = nlohmann::json::parse(read_whole_file(summary, kMostBytes), nullptr, false);
-    const bool told = json.is_object() && json.contains("log") && json["log"].is_string();
-    return told ? json["log"].get<std::string>() : "";
 }
 
 std::string size_text(std::uintmax_t bytes) {
@@ -62,7 +67,7 @@ std::uintmax_t total_of(const std::vector<std::pair<std::string, std::uintmax_t>
 }  // namespace
 
 MapReport::MapReport(const std::filesystem::path& folder) {
-    const StoredMap map = read_map(folder);
+    const StoredMap map = open_map_folder(folder);
     version = map.version;
     keyframes = map.keyframes.size();
     edges = map.graph.edges.size();
@@ -70,8 +75,10 @@ MapReport::MapReport(const std::filesystem::path& folder) {
         std::count_if(map.graph.edges.begin(), map.graph.edges.end(),
                       [](const Edge& edge) { return edge.kind == EdgeKind::kClosure; }));
     scans = map.trajectory.size();
-    duration = duration_of(map.trajectory);
-    path = length_of(map.trajectory);
+    for (const Trajectory& piece : pieces_of(map.trajectory)) {
+        duration += duration_of(piece);
+        path += length_of(piece);
+    }
     const GridGeometry& geometry = map.grid.geometry;
     resolution = geometry.resolution;
     width = geometry.width * resolution;
@@ -85,13 +92,13 @@ MapReport::MapReport(const std::filesystem::path& folder) {
         }
     }
     std::sort(files.begin(), files.end());
-    from = drive_of(folder / "summary.json");
-    made = date_of(folder / "config.yaml");
+    from = drive_of(folder);
+    made = date_of(folder / "manifest.json");
 }
 
 std::string MapReport::text() const {
     std::string text = fmt::format(
-        "map        version {}, whole: the checksums of all its files are right{}{}{}{}\n"
+        "map        version {}, whole: the checksums of its data are right{}{}{}{}\n"
         "size       {:.1f} m x {:.1f} m in cells of {:g} cm; {:.1f} m2 are free, {:.1f} m2 "
         "occupied\n"
         "drive      {} in {}, {:.1f} m\n"

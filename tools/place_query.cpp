@@ -10,6 +10,7 @@
 #include "frame_stream.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
+#include "messages.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -24,12 +25,15 @@ class Collector {
 
     void add(const Frame& frame) {
         OdometryResult odometry = odometry_.register_frame(frame);
+        if (odometry.surface.size() < kLeastPoints) {
+            return;  // somebody stands before the scanner: there is nothing to ask about
+        }
         newest_ = {odometry.local_from_robot,
                    {frame.scan.robot_from_laser.translation, std::move(odometry.surface)}};
         scan_ = frame.scan;
-        if (kept_.empty() && newest_->sweep.surface.size() >= kLeastPoints) {
+        if (kept_.empty()) {
             kept_.push_back(*newest_);
-        } else if (!kept_.empty() && is_far_enough()) {
+        } else if (is_far_enough()) {
             path_ += step().translation.norm();
             kept_.push_back(*newest_);
         }
@@ -83,6 +87,17 @@ PlaceQuery query_of(const Scan& scan, const LocalizationConfig& config) {
     query.query.push_back(
         {scan.robot_from_laser.translation, to_surface(scan, config.odometry.filter)});
     return query;
+}
+
+void expect_enough(const PlaceQuery& query, const std::string& name) {
+    const std::size_t points = query.query.front().surface.size();
+    if (points == 0) {
+        throw Error(name + ": no beam of the scan returned");
+    }
+    if (points < kLeastPoints) {
+        throw Error(fmt::format("{}: key 'ranges' has {} of use, at least {} are needed", name,
+                                counted(points, "return"), kLeastPoints));
+    }
 }
 
 PlaceQuery collect_query(Input& input, const std::string& name, const LocalizationConfig& config,

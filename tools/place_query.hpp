@@ -20,6 +20,9 @@ struct PlaceQuery {
 /// Of a single scan.
 PlaceQuery query_of(const Scan& scan, const LocalizationConfig& config);
 
+/// Throws Error, which begins with `name`, for a single scan that shows too little to be looked up.
+void expect_enough(const PlaceQuery& query, const std::string& name);
+
 struct QuerySpan {
     double at = 0.0;     ///< seconds after the first scan, where to begin
     double drive = 0.0;  ///< metres from there; 0: one scan

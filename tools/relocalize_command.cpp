@@ -17,6 +17,7 @@
 #include "place_report.hpp"
 #include "scan_file.hpp"
 #include "settings.hpp"
+#include "stored_map.hpp"
 #include "visual_input.hpp"
 
 namespace hybrid_slam::tools {
@@ -74,9 +75,7 @@ PlaceQuery ask_for(const RelocalizeOptions& options, const Settings& settings) {
     const LocalizationConfig config = localization_of(settings);
     if (!options.scan.empty()) {
         PlaceQuery query = query_of(read_scan(options.scan), config);
-        if (query.query.front().surface.size() == 0) {
-            throw Error(options.scan.string() + ": no beam of the scan returned");
-        }
+        expect_enough(query, options.scan.string());
         return query;
     }
     const bool images = uses_images(settings) && options.span.drive > 0.0;
@@ -94,7 +93,7 @@ Answer answer_to(const RelocalizeOptions& options, const Settings& settings) {
                       : options.live        ? "live scanner"
                                             : name_of(options.drive);
     const Stopwatch read_clock;
-    answer.map = read_reference_map(options.map);
+    answer.map = open_reference_map(options.map);
     answer.read_seconds = read_clock.seconds();
     const Relocalizer relocalizer(answer.map, settings.localization.relocalization,
                                   settings.slam.odometry.icp);
@@ -148,10 +147,15 @@ nlohmann::ordered_json json_of(const RelocalizeOptions& options, const Answer& a
 }
 
 void draw_answer(const RelocalizeOptions& options, const Answer& answer) {
+    const Relocalization& found = answer.found;
     const std::string subtitle =
-        fmt::format("{}; {}", words_for(answer.found.verdict), asked_text(answer));
+        fmt::format("{}{}; {}", words_for(found.verdict),
+                    found.verdict == PlaceVerdict::kFound
+                        ? ": " + pose_text(found.places.front().map_from_robot)
+                        : "",
+                    asked_text(answer));
     draw(PlacesPicture{answer.asked_of + " in " + name_of(options.map), subtitle, *answer.map,
-                       answer.found, answer.asked.query})
+                       found, answer.asked.query})
         .write_png(options.png);
     print_info("wrote " + options.png.string());
 }
@@ -253,10 +257,7 @@ void add_relocalize_command(CLI::App& program, Action& action) {
         ->add_option("--save-scan", options->save_scan,
                      "Writes the (last) scan of the drive as JSON, for --scan")
         ->type_name("FILE");
-    command
-        ->add_option("-c,--config", options->config,
-                     "Configuration (YAML); config/default.yaml has all keys")
-        ->type_name("FILE");
+    add_config_option(*command, options->config);
     add_set_option(*command, options->overrides, "relocalization.margin=0.1");
     add_common_options(*command, options->common);
     command->footer(kFooter);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -24,6 +25,9 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 24U;
 constexpr std::size_t kMostBeams = 100000;
 constexpr double kMostRange = 1000.0;          ///< metres
 constexpr double kMostTurn = 2.0 * kPi + 0.1;  ///< radians; some scanners close the circle twice
+constexpr double kLeastTurn = 1e-6;            ///< radians between two beams
+constexpr double kMostLever = 100.0;  ///< metres from the robot to its laser, along an axis
+constexpr double kMostStamp = 1e12;   ///< seconds
 
 constexpr auto kNoReturn = std::numeric_limits<float>::infinity();
 
@@ -78,15 +82,28 @@ class ObjectReader {
     std::string prefix_;
 };
 
+/// Python writes what is no number so.
+bool is_not_finite(std::string_view text) {
+    return text.substr(0, 3) == "NaN" || text.substr(0, 8) == "Infinity";
+}
+
 Json parse(const std::filesystem::path& file) {
     const std::string text = read_whole_file(file, kMostBytes);
     try {
         return Json::parse(text);
     } catch (const Json::parse_error& error) {
-        const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(
-                                            text.size(), error.byte > 0 ? error.byte - 1 : 0));
-        throw Error(fmt::format("{}:{}: is no JSON from here on", file.string(),
-                                1 + std::count(text.begin(), end, '\n')));
+        std::size_t at = std::min(text.size(), error.byte > 0 ? error.byte - 1 : 0);
+        // What cannot be read begins before the letter at which it is noticed.
+        while (at > 0 && std::isalpha(static_cast<unsigned char>(text[at - 1])) != 0) {
+            --at;
+        }
+        const auto end = text.begin() + static_cast<std::ptrdiff_t>(at);
+        throw Error(fmt::format("{}:{}: is no JSON from here on{}", file.string(),
+                                1 + std::count(text.begin(), end, '\n'),
+                                is_not_finite(std::string_view(text).substr(at))
+                                    ? ": NaN and Infinity are no numbers; 'ranges' has null for "
+                                      "what did not return"
+                                    : ""));
     } catch (const Json::exception&) {  // a number that no double holds
         throw Error(file.string() + ": holds a number that is too large");
     }
@@ -113,8 +130,9 @@ std::vector<float> ranges_of(const ObjectReader& reader) {
 Pose2d pose_of(const std::filesystem::path& file, const Json& json, const char* key) {
     const ObjectReader reader(file, json, key);
     reader.expect_only({"x", "y", "yaw_deg"});
-    return {reader.number("x"), reader.number("y"),
-            normalize_angle(radians(reader.number("yaw_deg")))};
+    return {reader.number("x", -kMostLever, kMostLever),
+            reader.number("y", -kMostLever, kMostLever),
+            normalize_angle(radians(reader.number("yaw_deg", -360.0, 360.0)))};
 }
 
 /// The shortest digits that give the same float again.
@@ -135,11 +153,11 @@ Scan read_scan(const std::filesystem::path& file) {
     scan.angle_increment = reader.number("angle_increment", -kPi, kPi);
     scan.range_max = reader.number("range_max", 0.01, kMostRange);
     scan.range_min = reader.has("range_min") ? reader.number("range_min", 0.0, kMostRange) : 0.0;
-    scan.stamp = reader.has("stamp") ? reader.number("stamp") : 0.0;
+    scan.stamp = reader.has("stamp") ? reader.number("stamp", -kMostStamp, kMostStamp) : 0.0;
     if (scan.range_min >= scan.range_max) {
         throw reader.error_at("range_min", "must be less than range_max");
     }
-    if (scan.angle_increment == 0.0 ||
+    if (std::abs(scan.angle_increment) < kLeastTurn ||
         std::abs(scan.angle_increment) * static_cast<double>(scan.ranges.size() - 1) > kMostTurn) {
         throw reader.error_at("angle_increment",
                               "must be radians, which turn the beams by no more than one circle");

@@ -34,11 +34,14 @@ Corners corners_of(const Points& points) {
     return corners;
 }
 
+int radius_of(double resolution, double sigma) {
+    return static_cast<int>(std::ceil(2.5 * sigma / resolution));
+}
+
 // Stamps the blur around one point, keeping the larger value where stamps overlap.
 class BlurStamp {
   public:
-    BlurStamp(double resolution, double sigma)
-        : radius_(static_cast<int>(std::ceil(2.5 * sigma / resolution))) {
+    BlurStamp(double resolution, double sigma) : radius_(radius_of(resolution, sigma)) {
         for (int y = -radius_; y <= radius_; ++y) {
             for (int x = -radius_; x <= radius_; ++x) {
                 const double squared = resolution * resolution * (x * x + y * y);
@@ -67,6 +70,40 @@ class BlurStamp {
     int radius_;
     std::vector<std::uint8_t> values_;
 };
+
+// The empty rim below and left is as wide as the largest block, so that a block that starts outside
+// of the grid holds nothing but rim.
+int rim_of(int levels) {
+    return 1 << (levels - 1);
+}
+
+double margin_of(double resolution, int radius, int levels) {
+    return resolution * (radius + rim_of(levels) + 1);
+}
+
+bool is_affordable(const Corners& corners, double resolution, int radius, int levels) {
+    const double margin = margin_of(resolution, radius, levels);
+    const Point2 size =
+        (corners.upper - corners.lower + Point2::Constant(2.0 * margin)) / resolution;
+    return !((size.x() + 2.0) * (size.y() + 2.0) > kMostSearchCells);  // NaN is told later
+}
+
+std::size_t cells_of(const GridGeometry& geometry) {
+    return static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height);
+}
+
+bool has_empty_rim(const std::vector<std::uint8_t>& finest, const GridGeometry& geometry,
+                   int levels) {
+    const int rim = rim_of(levels) - 1;
+    for (int y = 0; y < geometry.height; ++y) {
+        const auto row = finest.begin() + static_cast<std::ptrdiff_t>(geometry.index_of({0, y}));
+        const int end = y < rim ? geometry.width : std::min(rim, geometry.width);
+        if (std::any_of(row, row + end, [](std::uint8_t value) { return value > 0; })) {
+            return false;
+        }
+    }
+    return true;
+}
 
 // Maximum over blocks twice as large, from the maximum over the smaller ones.
 std::vector<std::uint8_t> doubled(const std::vector<std::uint8_t>& grid,
@@ -104,13 +141,9 @@ LikelihoodPyramid::LikelihoodPyramid(const Points& reference, double resolution,
     expect_levels(levels);
     const auto [lower, upper] = corners_of(reference);
     const BlurStamp stamp(resolution, sigma);
-    // The empty rim below and left is as wide as the largest block, so that a block that starts
-    // outside of the grid holds nothing but rim.
-    const double margin = resolution * (stamp.radius() + (1 << (levels - 1)) + 1);
-    geometry_ = GridGeometry::around(lower, upper, resolution, margin);
-    const auto cells =
-        static_cast<std::size_t>(geometry_.width) * static_cast<std::size_t>(geometry_.height);
-    grids_.emplace_back(cells, std::uint8_t{0});
+    geometry_ = GridGeometry::around(lower, upper, resolution,
+                                     margin_of(resolution, stamp.radius(), levels));
+    grids_.emplace_back(cells_of(geometry_), std::uint8_t{0});
     for (const Point2& point : reference) {
         stamp.apply(grids_.front(), geometry_, geometry_.cell_of(point));
     }
@@ -121,10 +154,11 @@ LikelihoodPyramid::LikelihoodPyramid(const GridGeometry& geometry, std::vector<s
                                      int levels)
     : geometry_(geometry) {
     expect_levels(levels);
-    if (geometry.width < 1 || geometry.height < 1 ||
-        finest.size() !=
-            static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height)) {
+    if (geometry.width < 1 || geometry.height < 1 || finest.size() != cells_of(geometry)) {
         throw Error("likelihood pyramid: its cells are not those of its geometry");
+    }
+    if (!has_empty_rim(finest, geometry, levels)) {
+        throw Error("likelihood pyramid: its rim is not as empty as its levels need it");
     }
     grids_.push_back(std::move(finest));
     build_up(levels);
@@ -137,20 +171,19 @@ void LikelihoodPyramid::build_up(int levels) {
 }
 
 LikelihoodPyramid search_pyramid(const Points& walls) {
-    const auto [lower, upper] = corners_of(walls);
-    const Point2 extent = upper - lower;
-    double coarser = 1.0;
-    while (extent.x() * extent.y() >
-           kMostSearchCells * std::pow(coarser * kSearchResolution, 2.0)) {
-        coarser *= 2.0;
+    const Corners corners = corners_of(walls);
+    const double across = (corners.upper - corners.lower).maxCoeff() / kBlocksAcross;
+    for (double coarser = 1.0;; coarser *= 2.0) {
+        const double resolution = coarser * kSearchResolution;
+        const double sigma = coarser * kSearchSigma;
+        int levels = 1;
+        while (levels < kMostSearchLevels && resolution * rim_of(levels) < across) {
+            ++levels;
+        }
+        if (is_affordable(corners, resolution, radius_of(resolution, sigma), levels)) {
+            return {walls, resolution, sigma, levels};
+        }
     }
-    const double resolution = coarser * kSearchResolution;
-    int levels = 1;
-    while (levels < kMostSearchLevels &&
-           resolution * (1 << (levels - 1)) < extent.maxCoeff() / kBlocksAcross) {
-        ++levels;
-    }
-    return {walls, resolution, coarser * kSearchSigma, levels};
 }
 
 }  // namespace hybrid_slam

@@ -18,8 +18,9 @@ namespace {
 
 constexpr std::string_view kMagic = "HSPYRAMD";
 constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kMostCells = std::size_t{1} << 28U;
-constexpr std::size_t kMostExpansion = 1032;  ///< what a byte of zlib's can become
+constexpr std::size_t kMostCells = std::size_t{1} << 25U;  ///< twice what is ever written
+constexpr double kFinest = 0.01;                           ///< metres by cell, likewise less
+constexpr std::size_t kMostExpansion = 1032;               ///< what a byte of zlib's can become
 
 std::string compressed(const std::filesystem::path& file, const std::vector<std::uint8_t>& cells) {
     uLongf size = compressBound(cells.size());
@@ -74,7 +75,7 @@ LikelihoodPyramid read_pyramid(const std::filesystem::path& file) {
     const std::size_t width = reader.number();
     const std::size_t height = reader.number();
     const std::size_t levels = reader.number();
-    if (!(geometry.resolution > 0.0) || width < 1 || height < 1 || height > kMostCells / width ||
+    if (geometry.resolution < kFinest || width < 1 || height < 1 || height > kMostCells / width ||
         levels < 1 || levels > LikelihoodPyramid::kMostLevels) {
         reader.fail("damaged: there is no pyramid of that size");
     }
@@ -86,7 +87,11 @@ LikelihoodPyramid read_pyramid(const std::filesystem::path& file) {
     }
     std::vector<std::uint8_t> finest = expanded(reader, reader.text(packed), width * height);
     reader.expect_end();
-    return {geometry, std::move(finest), static_cast<int>(levels)};
+    try {
+        return {geometry, std::move(finest), static_cast<int>(levels)};
+    } catch (const Error& error) {
+        reader.fail(std::string("damaged: ") + error.what());
+    }
 }
 
 }  // namespace hybrid_slam

@@ -219,6 +219,21 @@ TEST(Info, OfAMap) {
               std::filesystem::file_size(folder / "hall/keyframes.bin"));
 }
 
+TEST(Info, PicturesOfAMapAreNoDataOfIt) {
+    const TempFolder folder;
+    record_drive(folder / "drive", {});
+    run_well(folder, "map drive --out hall --quiet");
+    const std::string made = run_well(folder, "info hall --json").json()["made"];
+    std::filesystem::remove(folder / "hall/map.png");
+    folder.write("hall/graph.png", "drawn anew");
+    const Json json = run_well(folder, "info hall --json").json();
+    EXPECT_EQ(json["made"], made);
+    EXPECT_EQ(json["file_bytes"].count("map.png"), 0U);
+    EXPECT_EQ(json["file_bytes"]["graph.png"], 10);
+    run_well(folder, "map drive --out hall --quiet");  // they are ours all the same
+    EXPECT_GT(std::filesystem::file_size(folder / "hall/graph.png"), 1000U);
+}
+
 TEST(Info, OfAMapThatAnEarlierVersionWrote) {
     const TempFolder folder;
     const std::string golden = HYBRID_SLAM_SOURCE_DIR "/tests/backend/data/map_v1";

@@ -2,8 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <fstream>
-#include <set>
+#include <cmath>
 #include <sstream>
 
 #include "child.hpp"
@@ -14,39 +13,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::vector<std::string> lines_of(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    std::vector<std::string> lines;
-    for (std::string line; std::getline(stream, line);) {
-        lines.push_back(line);
-    }
-    return lines;
-}
-
-/// The events of one kind.
-std::vector<Json> events_of(const TempFolder& folder, const std::string& kind,
-                            const std::string& run = "run") {
-    std::vector<Json> events;
-    for (const std::string& line : lines_of(folder / (run + "/events.jsonl"))) {
-        Json event = Json::parse(line);
-        if (event["event"] == kind) {
-            events.push_back(std::move(event));
-        }
-    }
-    return events;
-}
-
-/// The first or the second half of a log of scans.
-void write_half(const TempFolder& folder, const std::string& log, bool second) {
-    const std::vector<std::string> lines = lines_of(folder / log);
-    const std::size_t middle = lines.size() / 2;
-    std::string text;
-    for (std::size_t i = second ? middle : 0; i < (second ? lines.size() : middle); ++i) {
-        text += lines[i] + "\n";
-    }
-    folder.write(second ? "evening.clf" : "morning.clf", text);
-}
 
 TEST(Localize, FindsItselfAndKeepsThePlace) {
     const TempFolder folder;
@@ -119,90 +85,50 @@ TEST(Localize, TwoRunsGiveTheSameBytes) {
     EXPECT_EQ(first, second);
 }
 
-TEST(Localize, InitialPoseSparesTheSearch) {
+TEST(Localize, IsAsSureAsTheMapIsFine) {
     const TempFolder folder;
     map_room(folder);
-    const Pose2d start =
-        world_from_room(folder).inverse() * read_tum(folder / "second.truth.tum").front().pose;
-    std::ostringstream pose;
-    pose << start.x() + 0.1 << "," << start.y() - 0.1 << "," << degrees(start.heading) + 3.0;
-    run_well(folder, "localize room second.clf --out run --initial-pose=" + pose.str());
-    EXPECT_EQ(events_of(folder, "start").at(0)["from"], "initial pose");
-    EXPECT_TRUE(events_of(folder, "search").empty());
-    run_well(folder, "localize room second.clf --out run --initial-pose " + pose.str() +
-                         " --initial-sigma 0.3,5");
-    EXPECT_TRUE(events_of(folder, "search").empty()) << "a minus sign is no option";
-}
-
-TEST(Localize, WrongInitialPoseIsNoticedAndAJump) {
-    const TempFolder folder;
-    map_room(folder);
-    const Json summary = run_well(folder,
-                                  "localize room second.clf --out run --initial-pose 0.5,0.5,80 "
-                                  "--initial-sigma 0.1,2 --json")
-                             .json();
-    EXPECT_GE(summary["jumps"]["count"], 1);
-    EXPECT_FALSE(events_of(folder, "jump").empty());
-    EXPECT_FALSE(events_of(folder, "search").empty());
-    std::set<std::string> statuses;
-    for (const Json& event : events_of(folder, "status")) {
-        statuses.insert(event["to"].get<std::string>());
+    run_well(folder, "map room.clf --out coarse --set map.resolution=0.1 --quiet");
+    run_well(folder, "localize coarse/map.yaml second.clf --out run --quiet");
+    const Trajectory truth = read_tum(folder / "second.truth.tum");
+    const TrajectoryIndex index(truth);
+    const Pose2d map_from_world = world_from_room(folder).inverse();
+    double squares = 0.0;
+    const std::vector<std::string> rows = lines_of(folder / "run/poses.csv");
+    ASSERT_GT(rows.size(), 20U);
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        std::istringstream row(rows[i]);
+        std::vector<std::string> fields;
+        for (std::string field; std::getline(row, field, ',');) {
+            fields.push_back(field);
+        }
+        const Pose2d there = map_from_world * index.nearest(std::stod(fields[0]), 0.001).value();
+        const double x_sigma = std::stod(fields[5]);
+        EXPECT_GT(x_sigma, 0.1 / std::sqrt(12.0));
+        EXPECT_LT(x_sigma, 0.06);
+        squares += std::pow((std::stod(fields[2]) - there.x()) / x_sigma, 2) +
+                   std::pow((std::stod(fields[3]) - there.y()) / std::stod(fields[6]), 2);
     }
-    EXPECT_EQ(statuses.count("lost"), 1U);
-    EXPECT_EQ(statuses.count("tracking"), 1U);
-    EXPECT_GT(summary["statuses"]["tracking"]["share"], 0.7);
+    EXPECT_LT(squares / static_cast<double>(rows.size() - 1), 5.0) << "2 would be honest";
 }
 
-TEST(Localize, GoesOnWhereItWasSwitchedOff) {
+TEST(Localize, ATruthThatIsNotThereCostsNoDrive) {
     const TempFolder folder;
     map_room(folder);
-    write_half(folder, "second.clf", false);
-    write_half(folder, "second.clf", true);
-    run_well(folder, "localize room morning.clf --out run --quiet");
-    const Json last = Json::parse(bytes_of(folder / "run/last_pose.json"));
-    const StampedPose end = read_tum(folder / "run/trajectory.tum").back();
-    EXPECT_NEAR(last["stamp"], end.stamp, 1e-6);
-    EXPECT_NEAR(last["x_m"], end.pose.x(), 1e-8);
-    run_well(folder, "localize room evening.clf --out run2 --resume run");
-    EXPECT_EQ(events_of(folder, "start", "run2").at(0)["from"], "last pose");
-    EXPECT_TRUE(events_of(folder, "search", "run2").empty());
-    run_well(folder, "localize room evening.clf --out run3 --resume run/last_pose.json");
-    EXPECT_TRUE(same_bytes(folder / "run2/poses.csv", folder / "run3/poses.csv"));
-}
-
-TEST(Localize, ALastPoseOfAnotherMapIsRefused) {
-    const TempFolder folder;
-    map_room(folder);
-    run_well(folder, "localize room second.clf --out run --quiet");
-    const std::string before = bytes_of(folder / "run/last_pose.json");
-    run_well(folder, "map room.clf --out finer --set map.resolution=0.04 --quiet");
-    for (const char* out : {"run", "new"}) {
+    folder.write("letter.tum", "Dear Anna,\n");
+    const std::pair<const char*, const char*> kCases[] = {
+        {"--truth nowhere.tum", "nowhere.tum"},
+        {"--truth letter.tum", "letter.tum:1"},
+        {"--relations nowhere.txt", "nowhere.txt"},
+        {"--truth second.truth.tum --map-truth nowhere.tum", "nowhere.tum"},
+        {"--map-truth room.truth.tum", "--map-truth: there is no --truth"}};
+    for (const auto& [options, part] : kCases) {
         const Outcome outcome =
-            run(folder, std::string("localize finer second.clf --resume run --out ") + out);
-        EXPECT_EQ(outcome.code, 1);
-        EXPECT_EQ(outcome.err,
-                  "hybrid-slam: run/last_pose.json: is a pose in another map ('room'), not in "
-                  "'finer'\n");
+            run(folder, std::string("localize room second.clf --out run ") + options);
+        EXPECT_EQ(outcome.code, 1) << options;
+        EXPECT_THAT(outcome.err, HasSubstr(part));
+        EXPECT_FALSE(std::filesystem::exists(folder / "run")) << options;
     }
-    EXPECT_EQ(bytes_of(folder / "run/last_pose.json"), before);
-    EXPECT_FALSE(std::filesystem::exists(folder / "new"));
-}
-
-TEST(Localize, AServiceAlwaysResumesItsOwnRun) {
-    const TempFolder folder;
-    map_room(folder);
-    map_square(folder);
-    const Outcome first = run_well(folder, "localize room second.clf --out run --resume run");
-    EXPECT_THAT(first.err, HasSubstr("no last pose there yet"));
-    EXPECT_EQ(events_of(folder, "start").at(0)["from"], "unknown");
-    run_well(folder, "localize room second.clf --out run --resume run");
-    EXPECT_EQ(events_of(folder, "start").at(0)["from"], "last pose");
-    // What was true of the vehicle stays true of it while nothing better is known.
-    const std::string before = bytes_of(folder / "run/last_pose.json");
-    EXPECT_EQ(run(folder, "localize room square.clf --out run --resume run").code, 0);
-    EXPECT_TRUE(std::filesystem::exists(folder / "run/last_pose.json"));
-    EXPECT_EQ(run(folder, "localize room second.clf --out new --resume nowhere").code, 1);
-    EXPECT_FALSE(std::filesystem::exists(folder / "new"));
 }
 
 TEST(Localize, NeverFoundHasItsExitCodes) {
@@ -302,6 +228,23 @@ TEST(Localize, AKilledProgramHasLeftItsLastPose) {
     EXPECT_EQ(Json::parse(bytes_of(folder / "run/summary.json"))["finished"], false);
     run_well(folder, "localize room second.clf --out run --resume run --quiet");
     EXPECT_EQ(events_of(folder, "start").at(0)["from"], "last pose");
+}
+
+TEST(Localize, ThatNothingCameIsNoSuccess) {
+    const TempFolder folder;
+    map_room(folder);
+    const Child child(folder, "localize room --live --lidar no_port --no-camera --out run");
+    for (int i = 0; i < 2000 && bytes_of(folder / "stderr.txt").empty(); ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    child.send(SIGINT);
+    const int status = child.wait();
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 3);
+    EXPECT_THAT(bytes_of(folder / "stderr.txt"),
+                StartsWith("hybrid-slam: lidar: no_port: No such"));
+    EXPECT_THAT(bytes_of(folder / "stderr.txt"), HasSubstr("interrupted before a scan came"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "run"));
 }
 
 /// The whole live path: a simulated scanner speaks through a pseudo-terminal until it ends.

@@ -3,6 +3,8 @@
 
 #include <fstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "hybrid_slam/core/metrics.hpp"
 #include "running.hpp"
@@ -76,6 +78,28 @@ inline Pose2d world_from_room(const TempFolder& folder) {
     return truth_error(read_tum(folder / "room/trajectory.tum"),
                        read_tum(folder / "room.truth.tum"))
         .truth_from_estimate;
+}
+
+inline std::vector<std::string> lines_of(const std::filesystem::path& file) {
+    std::ifstream stream(file);
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(stream, line);) {
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+/// The events of one kind.
+inline std::vector<Json> events_of(const TempFolder& folder, const std::string& kind,
+                                   const std::string& run = "run") {
+    std::vector<Json> events;
+    for (const std::string& line : lines_of(folder / (run + "/events.jsonl"))) {
+        Json event = Json::parse(line);
+        if (event["event"] == kind) {
+            events.push_back(std::move(event));
+        }
+    }
+    return events;
 }
 
 inline Pose2d pose_of(const Json& json) {

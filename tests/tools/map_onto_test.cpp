@@ -30,6 +30,17 @@ TEST(MapOnto, MakesOneMapOfBoth) {
     EXPECT_EQ(bytes_of(folder / "room/manifest.json"), before) << "it stays";
     EXPECT_FALSE(std::filesystem::exists(folder / "both_unanchored"));
 
+    const Json of_room = run_well(folder, "info room --json").json();
+    const Json of_both = run_well(folder, "info both --json").json();
+    const double second = length_of(read_tum(folder / "second.truth.tum"));
+    EXPECT_NEAR(of_both["path_length_m"].get<double>() - of_room["path_length_m"].get<double>(),
+                second, 0.1)
+        << "nobody drove from the end of the one to the start of the other";
+    EXPECT_NEAR(
+        of_both["duration_s"].get<double>(),
+        of_room["duration_s"].get<double>() + read_tum(folder / "second.truth.tum").back().stamp,
+        0.5);
+
     const StoredMap room = read_map(folder / "room");
     const StoredMap both = read_map(folder / "both");
     const Json summary = Json::parse(bytes_of(folder / "both/summary.json"));
@@ -131,6 +142,11 @@ TEST(MapOnto, WhatIsNoMapIsToldBeforeTheWork) {
     const Outcome result = run(folder, "map room.clf --onto nowhere --out both");
     EXPECT_EQ(result.code, 1);
     EXPECT_EQ(result.err, "hybrid-slam: nowhere: there is no such folder\n");
+    folder.write("theirs.yaml", "image: theirs.pgm\n");
+    EXPECT_THAT(run(folder, "map room.clf --onto theirs.yaml --out both").err,
+                HasSubstr("theirs.yaml: this needs a map folder made by hybrid-slam; a map_server "
+                          "map serves relocalize and localize only\n"));
+    std::filesystem::remove(folder / "theirs.yaml");
     std::set<std::string> after = names_in(folder.path());
     after.erase("stdout.txt");
     after.erase("stderr.txt");

@@ -149,6 +149,11 @@ TEST(Crop, RefusesWhatWouldLoseSomething) {
     EXPECT_THAT(refusal(folder, "crop hall --box=-1,-1,1.2,3 --out photos"),
                 HasSubstr("not a map"));
     EXPECT_THAT(refusal(folder, "crop nowhere --box 0,0,1,1 --out x"), HasSubstr("nowhere"));
+    EXPECT_THAT(refusal(folder, "crop hall/map.yaml --box 0,0,1,1 --out x"),
+                HasSubstr("hall/map.yaml: this needs a map folder made by hybrid-slam"));
+    folder.write("drive.clf", "FLASER 0 0 0 0 0 0 0 0 x 0\n");
+    EXPECT_THAT(refusal(folder, "crop drive.clf --box 0,0,1,1 --out x"),
+                HasSubstr("drive.clf: is a file, not a map"));
     EXPECT_EQ(bytes_of(folder / "photos/me.jpg"), "a picture");
 }
 
@@ -156,9 +161,9 @@ TEST(Crop, WrongUsageIsTwo) {
     const TempFolder folder;
     copy_map(folder);
     for (const std::string arguments :
-         {"crop hall --out x", "crop hall --box 1,2,3 --out x", "crop hall --box 0,0,1,1",
-          "crop hall --polygon 0,0 1,1 --out x", "crop hall --polygon 0,0 1,1 2 --out x",
-          "crop hall --polygon 0,0 1,1 2,x --out x",
+         {"crop hall --out x", "crop hall --box 1,2,3 --out x", "crop hall --box 1,2,nan,3 --out x",
+          "crop hall --box 0,0,1,1", "crop hall --polygon 0,0 1,1 --out x",
+          "crop hall --polygon 0,0 1,1 2 --out x", "crop hall --polygon 0,0 1,1 2,x --out x",
           "crop hall --box 0,0,1,1 --polygon 0,0 1,1 2,0 --out x"}) {
         EXPECT_EQ(run(folder, arguments).code, 2) << arguments;
     }

@@ -126,8 +126,12 @@ TEST(Relocalize, WhatIsMissingOrWrongIsNamed) {
     map_room(folder);
     folder.write("blind.json", R"({"ranges": [null, null, 99], "angle_min": 0,
         "angle_increment": 0.1, "range_max": 30})");
+    folder.write("one.json", R"({"ranges": [3], "angle_min": 0,
+        "angle_increment": 0.1, "range_max": 30})");
     const std::pair<const char*, const char*> kCases[] = {
         {"relocalize nowhere second.clf", "nowhere"},
+        {"relocalize second.clf second.clf", "second.clf: is a file, not a map; 'hybrid-slam map'"},
+        {"relocalize room --scan one.json", "one.json: key 'ranges' has 1 return of use, at least"},
         {"relocalize room nowhere.clf", "nowhere.clf"},
         {"relocalize room --scan nowhere.json", "nowhere.json"},
         {"relocalize room --scan second.yaml", "second.yaml:1: is no JSON"},

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/localization/anchored_session.hpp"
-#include "hybrid_slam/core/error.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -364,7 +363,7 @@ void describe(ConfigSchema& schema, AnchoringConfig& config) {
                "share of a scan; with more it is outside of the map");
     schema.add("translation_floor", config.translation_floor, 1e-6, 1.0,
                "m, least sigma of an anchor");
-    schema.add("rotation_floor", config.rotation_floor, 1e-6, 1.0, "rad, likewise");
+    schema.add_degrees("rotation_floor_deg", config.rotation_floor, 5e-5, 50.0, "likewise");
     schema.add("kernel_scale", config.kernel_scale, 0.01, 100.0,
                "sigmas, Cauchy, of anchors and closures");
     schema.add("max_chi2", config.max_chi2, 0.1, 1e9, "anchors that end beyond are thrown out");

@@ -53,8 +53,12 @@ double score_of(const Relocalization& found) {
     if (found.places.empty() || found.verdict == PlaceVerdict::kNotInMap) {
         return 0.0;
     }
-    const auto places = static_cast<double>(found.places.size());
-    return found.places.front().fit.score / (found.verdict == PlaceVerdict::kFound ? 1.0 : places);
+    // What was not looked at counts as one more.
+    const std::size_t possible = found.verdict == PlaceVerdict::kFound ? 1
+                                 : found.verdict == PlaceVerdict::kUnfinished
+                                     ? found.places.size() + 1
+                                     : found.places.size();
+    return found.places.front().fit.score / static_cast<double>(possible);
 }
 
 }  // namespace
@@ -83,6 +87,7 @@ struct Localizer::State {
         double turn = 0.0;
     };
 
+    void report_jump(LocalizationResult& result);
     void track_from(const PoseBelief& known, Scan& scan);
     void track(Scan& scan);
     void look_up(Scan& scan);
@@ -118,12 +123,11 @@ Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 
 void Localizer::start_at(const Pose2d& map_from_robot, const Eigen::Matrix3d& covariance) {
-    const bool finite = map_from_robot.translation.allFinite() &&
-                        std::isfinite(map_from_robot.heading) && covariance.allFinite();
-    if (!finite || (covariance.diagonal().array() <= 0.0).any()) {
-        throw Error("the pose to start at is not finite, or its covariance is not positive");
+    const PoseBelief given{map_from_robot, covariance};
+    if (!is_sound(given) || (covariance.diagonal().array() <= 0.0).any()) {
+        throw Error("the pose to start at is not finite, or its covariance is none");
     }
-    state_->given = PoseBelief{map_from_robot, covariance};
+    state_->given = given;
 }
 
 LocalizationResult Localizer::process(const Frame& frame) {
@@ -143,6 +147,7 @@ LocalizationResult Localizer::process(const Frame& frame) {
     } else {
         s.look_around(scan);
     }
+    s.report_jump(scan.result);
     if (s.tracking) {
         s.predictor.anchor(
             {scan.result.stamp, *scan.result.map_from_robot, scan.result.covariance});
@@ -155,6 +160,14 @@ LocalizationResult Localizer::process(const Frame& frame) {
 std::optional<PredictedPose> Localizer::predict(const VisualMotion& motion) {
     state_->predictor.see(motion);
     return state_->predictor.at(motion.stamp);
+}
+
+/// Once a scan, for several poses may be tried on the way to the one that is told.
+void Localizer::State::report_jump(LocalizationResult& result) {
+    if (result.map_from_robot) {
+        result.jump = keeper.jump_to(*result.map_from_robot);
+        keeper.hold({*result.map_from_robot, result.covariance});
+    }
 }
 
 /// The pose of this scan is known by other means than the motion.
@@ -181,8 +194,6 @@ void Localizer::State::track(Scan& scan) {
     if (found.status == TrackingStatus::kDegraded || !found.anchored) {
         result.score *= kDegradedScore;
     }
-    result.jump = keeper.jump_to(found.map_from_robot);
-    keeper.hold({found.map_from_robot, found.covariance});
     if (found.status == TrackingStatus::kLost) {
         lose(scan);
     } else {
@@ -195,6 +206,9 @@ void Localizer::State::track(Scan& scan) {
 /// without such a one it was carried away.
 void Localizer::State::look_up(Scan& scan) {
     const LocalizationResult& result = scan.result;
+    if (result.fit.points == 0) {
+        return;  // a blind scan speaks for nothing
+    }
     // What ends where the map knows nothing does not speak against the pose: the map ends there.
     const double level = result.fit.explained - result.fit.violated + result.fit.unknown;
     if (!doubt.is_due(result.stamp, level)) {

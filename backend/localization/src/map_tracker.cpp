@@ -43,14 +43,6 @@ std::shared_ptr<const ReferenceMap> expect_map(std::shared_ptr<const ReferenceMa
     return map;
 }
 
-void check_start(const Pose2d& pose, const Eigen::Matrix3d& covariance) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance, Eigen::EigenvaluesOnly);
-    const bool semidefinite = covariance.allFinite() && eigen.eigenvalues()(0) >= -1e-12;
-    if (!pose.vector().allFinite() || !semidefinite) {
-        throw Error("tracking: the start pose is not finite, or its covariance is none");
-    }
-}
-
 TrackingConfig checked(TrackingConfig config, IcpConfig icp) {
     ConfigSchema schema;  // throws for values out of their ranges
     {
@@ -62,13 +54,22 @@ TrackingConfig checked(TrackingConfig config, IcpConfig icp) {
     return config;
 }
 
+/// A map that was stored coarsely is wrong by more than one of scans, and that is no weakness of a
+/// direction.
+TrackingConfig in_map(TrackingConfig config, const ReferenceMap& map) {
+    config.translation_floor = std::hypot(config.translation_floor, map.wall_sigma());
+    config.rotation_floor = std::hypot(config.rotation_floor, map.heading_sigma());
+    config.weak_sigma = std::hypot(config.weak_sigma, map.wall_sigma());
+    return config;
+}
+
 }  // namespace
 
 struct MapTracker::State {
     State(std::shared_ptr<const ReferenceMap> map_in, const TrackingConfig& config_in,
           const IcpConfig& icp_in)
         : map(expect_map(std::move(map_in))),
-          config(checked(config_in, icp_in)),
+          config(in_map(checked(config_in, icp_in), *map)),
           icp(icp_in),
           window(static_cast<std::size_t>(config.window), config.kernel_scale),
           health(config) {
@@ -102,7 +103,9 @@ MapTracker::MapTracker(MapTracker&&) noexcept = default;
 MapTracker& MapTracker::operator=(MapTracker&&) noexcept = default;
 
 void MapTracker::start(const Pose2d& map_from_robot, const Eigen::Matrix3d& covariance) {
-    check_start(map_from_robot, covariance);
+    if (!is_sound({map_from_robot, covariance})) {
+        throw Error("tracking: the start pose is not finite, or its covariance is none");
+    }
     State& s = *state_;
     const Eigen::Matrix3d floor = squared(s.config.translation_floor, s.config.rotation_floor);
     s.window.start({map_from_robot, covariance + floor});
@@ -185,7 +188,7 @@ std::string_view to_string(TrackingStatus status) {
 void describe(ConfigSchema& schema, TrackingConfig& config) {
     schema.add("window", config.window, 1, 1000, "nodes kept in the sliding window");
     schema.add("node_distance", config.node_distance, 0.01, 100.0, "m, between two of them, or");
-    schema.add("node_angle", config.node_angle, 0.01, kPi, "rad, or");
+    schema.add_degrees("node_angle_deg", config.node_angle, 0.5, 180.0, "or");
     schema.add("node_seconds", config.node_seconds, 0.01, 1e6, "s");
     schema.add("gate", config.gate, 0.01, 0.25,
                "m, points farther from the map's walls are left out, besides the pose's own doubt");
@@ -194,7 +197,7 @@ void describe(ConfigSchema& schema, TrackingConfig& config) {
     schema.add("kernel_scale", config.kernel_scale, 0.01, 100.0, "sigmas, of the anchors");
     schema.add("translation_floor", config.translation_floor, 1e-4, 1.0,
                "m, by which the map itself may be wrong");
-    schema.add("rotation_floor", config.rotation_floor, 1e-5, 1.0, "rad, likewise");
+    schema.add_degrees("rotation_floor_deg", config.rotation_floor, 5e-4, 50.0, "likewise");
     schema.add("weak_sigma", config.weak_sigma, 1e-3, 100.0,
                "m, less sure than this in a direction is degraded");
     schema.add("lost_after", config.lost_after, 0.0, 60.0,

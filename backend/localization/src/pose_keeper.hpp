@@ -8,7 +8,7 @@
 
 namespace hybrid_slam {
 
-/// The pose that was held last, carried on by the motion to tell jumps from.
+/// The pose that was told last, carried on by the motion to tell jumps from.
 class PoseKeeper {
   public:
     /// The next scan. A motion that no vehicle can make is not believed: odometry aligns scans, and
@@ -16,7 +16,9 @@ class PoseKeeper {
     void carry(double stamp, const Pose2d& before_from_now);
     void hold(const PoseBelief& pose) { pose_ = pose; }
 
-    /// Empty when the pose that was found is where the motion, and all doubt of it, would have it.
+    /// Empty when the pose that was found is where the motion would have it, within the doubt of
+    /// the pose that was held. Odometry's own error adds none: where it drifted while the robot was
+    /// lost, the pose does jump for who follows it.
     std::optional<Jump> jump_to(const Pose2d& found) const;
 
   private:

@@ -22,6 +22,18 @@ Surface expect_walls(Surface surface) {
     return surface;
 }
 
+/// One of another map would find places that are none.
+const LikelihoodPyramid& expect_holds(const LikelihoodPyramid& pyramid, const Surface& walls) {
+    const auto is_likely = [&pyramid](const Point2& point) {
+        const Cell cell = pyramid.geometry().cell_of(point);
+        return pyramid.at(0, cell.x, cell.y) > 0;
+    };
+    if (!std::all_of(walls.points.begin(), walls.points.end(), is_likely)) {
+        throw Error("map: the stored pyramid is not that of its walls");
+    }
+    return pyramid;
+}
+
 /// Coarser where a stray point would make the table absurdly large.
 GridGeometry geometry_around(const Points& points) {
     Point2 lower = points.front();
@@ -76,11 +88,13 @@ class Stamper {
 
 }  // namespace
 
-ReferenceMap::ReferenceMap(Surface surface, StateGrid grid, LikelihoodPyramid pyramid)
+ReferenceMap::ReferenceMap(Surface surface, StateGrid grid, LikelihoodPyramid pyramid,
+                           double wall_sigma)
     : reference_(expect_walls(std::move(surface))),
       grid_(std::move(grid)),
       pyramid_(std::move(pyramid)),
-      near_geometry_(geometry_around(reference_.surface().points)) {
+      near_geometry_(geometry_around(reference_.surface().points)),
+      wall_sigma_(wall_sigma) {
     Stamper stamper(near_geometry_);
     const Points& points = reference_.surface().points;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -96,23 +110,28 @@ std::uint32_t ReferenceMap::nearest(const Point2& point) const {
 
 std::shared_ptr<const ReferenceMap> reference_of(const StoredMap& map) {
     Surface walls = expect_walls(draw_walls(map.keyframes, map.graph, map.grid));
-    LikelihoodPyramid pyramid = map.pyramid ? *map.pyramid : search_pyramid(walls.points);
+    LikelihoodPyramid pyramid =
+        map.pyramid ? expect_holds(*map.pyramid, walls) : search_pyramid(walls.points);
     return std::make_shared<const ReferenceMap>(std::move(walls), map.grid, std::move(pyramid));
 }
 
 std::shared_ptr<const ReferenceMap> reference_of(const StateGrid& grid) {
     Surface walls = walls_of(grid);
     LikelihoodPyramid pyramid = search_pyramid(walls.points);
+    // Evenly spread over a cell.
+    const double wall_sigma = grid.geometry.resolution / std::sqrt(12.0);
     return std::make_shared<const ReferenceMap>(std::move(walls), turned_upright(grid),
-                                                std::move(pyramid));
+                                                std::move(pyramid), wall_sigma);
+}
+
+bool is_map_server_file(const std::filesystem::path& path) {
+    const std::filesystem::path suffix = path.extension();
+    return (suffix == ".yaml" || suffix == ".yml") && !std::filesystem::is_directory(path);
 }
 
 std::shared_ptr<const ReferenceMap> read_reference_map(const std::filesystem::path& path) {
-    const std::filesystem::path suffix = path.extension();
-    if (suffix == ".yaml" || suffix == ".yml") {
-        return reference_of(read_map_server(path));
-    }
-    return reference_of(read_map(path));
+    return is_map_server_file(path) ? reference_of(read_map_server(path))
+                                    : reference_of(read_map(path));
 }
 
 }  // namespace hybrid_slam

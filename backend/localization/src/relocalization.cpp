@@ -128,14 +128,15 @@ std::vector<Place> distinct(std::vector<Place> places, const RelocalizationConfi
     return kept;
 }
 
-Eigen::Matrix3d covariance_of(const IcpResult& icp) {
+/// Where the map has its walls wrong, many beams do not help.
+Eigen::Matrix3d covariance_of(const IcpResult& icp, const ReferenceMap& map) {
     Eigen::Matrix3d information = icp.information;
     information.diagonal().array() += 1e-6;
     Eigen::Matrix3d covariance = information.inverse();
     covariance = 0.5 * (covariance + covariance.transpose().eval());
-    covariance(0, 0) += kTranslationFloor * kTranslationFloor;
-    covariance(1, 1) += kTranslationFloor * kTranslationFloor;
-    covariance(2, 2) += kRotationFloor * kRotationFloor;
+    const double along = std::hypot(kTranslationFloor, map.wall_sigma());
+    const double around = std::hypot(kRotationFloor, map.heading_sigma());
+    covariance.diagonal() += Eigen::Vector3d(along, along, around).cwiseAbs2();
     return covariance;
 }
 
@@ -250,7 +251,7 @@ Place Relocalizer::settle(const Query& query, const Pose2d& guess) const {
         align(thinned(query, kMostSettled), map.reference(), IcpGuess(guess), icp_);
     if (icp.usable()) {
         place.map_from_robot = icp.reference_from_points;
-        place.covariance = covariance_of(icp);
+        place.covariance = covariance_of(icp, map);
     } else {
         place.covariance = Eigen::Vector3d(kUnsettled * kUnsettled, kUnsettled * kUnsettled,
                                            kUnsettledAngle * kUnsettledAngle)
@@ -346,7 +347,7 @@ std::vector<Place> Relocalizer::headings(const Query& query) const {
             if (icp.usable()) {
                 settled.push_back({icp.rms, Place()});
                 settled.back().place.map_from_robot = icp.reference_from_points;
-                settled.back().place.covariance = covariance_of(icp);
+                settled.back().place.covariance = covariance_of(icp, map);
             }
         }
     }

@@ -8,90 +8,13 @@
 #include <set>
 #include <string>
 
-#include "backend/localization/localization_support.hpp"
+#include "backend/localization/hall_drive.hpp"
 #include "backend/localization/twin_halls.hpp"
 #include "support/error_of.hpp"
 #include "support/pose_matchers.hpp"
 
 namespace hybrid_slam::test {
 namespace {
-
-constexpr double kScanRate = 12.5;
-const Eigen::Matrix3d kGivenDoubt =
-    Eigen::Vector3d(0.01, 0.01, radians(3.0) * radians(3.0)).asDiagonal();
-
-/// Once around the thesis's hall, and its map.
-struct Hall {
-    Hall() : world(world_named("thesis_hall")) {
-        world.laps = 1;
-        map = map_of(world);
-        drive = drive_in(world, s300_config());
-    }
-    World world;
-    std::shared_ptr<const ReferenceMap> map;
-    TestDrive drive;
-};
-const Hall& hall() {
-    static const Hall hall;
-    return hall;
-}
-
-TestDrive part_of(const TestDrive& drive, std::size_t first, std::size_t last) {
-    TestDrive part;
-    const auto frame = drive.frames.begin();
-    const auto pose = drive.truth.begin();
-    part.frames.assign(frame + static_cast<std::ptrdiff_t>(first),
-                       frame + static_cast<std::ptrdiff_t>(last));
-    part.truth.assign(pose + static_cast<std::ptrdiff_t>(first),
-                      pose + static_cast<std::ptrdiff_t>(last));
-    return part;
-}
-
-/// The second part follows in time on the first one; wheels do not notice that they were lifted.
-TestDrive spliced(TestDrive drive, const TestDrive& then) {
-    const double later = drive.truth.back().stamp + 1.0 / kScanRate - then.truth.front().stamp;
-    const Pose2d shift =
-        *drive.frames.back().odom_from_robot * then.frames.front().odom_from_robot->inverse();
-    for (std::size_t i = 0; i < then.frames.size(); ++i) {
-        drive.frames.push_back(then.frames[i]);
-        drive.frames.back().scan.stamp += later;
-        drive.frames.back().odom_from_robot = shift * *then.frames[i].odom_from_robot;
-        drive.truth.push_back({then.truth[i].stamp + later, then.truth[i].pose});
-    }
-    return drive;
-}
-
-std::vector<LocalizationResult> follow(Localizer& localizer, const std::vector<Frame>& frames) {
-    std::vector<LocalizationResult> results;
-    results.reserve(frames.size());
-    for (const Frame& frame : frames) {
-        results.push_back(localizer.process(frame));
-    }
-    return results;
-}
-
-bool is_known(const LocalizationResult& result) {
-    return result.status == LocalizationStatus::kTracking ||
-           result.status == LocalizationStatus::kDegraded;
-}
-
-/// Whether all poses from a frame on are known and right.
-void expect_right(const std::vector<LocalizationResult>& results, const Trajectory& truth,
-                  std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) {
-        ASSERT_TRUE(is_known(results[i])) << "frame " << i << ": " << to_string(results[i].status);
-        ASSERT_THAT(*results[i].map_from_robot, PoseNear(truth[i].pose, 0.05, radians(1.0)))
-            << "frame " << i;
-    }
-}
-
-std::size_t first_known(const std::vector<LocalizationResult>& results, std::size_t from = 0) {
-    std::size_t i = from;
-    while (i < results.size() && !is_known(results[i])) {
-        ++i;
-    }
-    return i;
-}
 
 TEST(Localizer, FindsItselfFromNowhereAndKeepsItsPlace) {
     Localizer localizer(hall().map, {});
@@ -120,83 +43,6 @@ TEST(Localizer, StartsWhereItIsTold) {
     for (const LocalizationResult& result : results) {
         EXPECT_FALSE(result.relocalization.has_value());
         EXPECT_FALSE(result.jump.has_value());
-    }
-}
-
-TEST(Localizer, AWrongStartIsNoticedAndMended) {
-    const TestDrive drive = part_of(hall().drive, 100, 200);
-    Localizer localizer(hall().map, {});
-    const Pose2d told = drive.truth.front().pose * Pose2d(1.5, 1.2, 0.9);
-    localizer.start_at(told, kGivenDoubt);
-    const auto results = follow(localizer, drive.frames);
-    std::size_t lost = 0;
-    while (lost < results.size() && results[lost].status != LocalizationStatus::kLost) {
-        ++lost;
-    }
-    ASSERT_LT(lost, static_cast<std::size_t>(kScanRate));
-    EXPECT_TRUE(results[lost].map_from_robot.has_value());
-    EXPECT_EQ(results[lost].score, 0.0);
-    const std::size_t found = first_known(results, lost);
-    ASSERT_LT(found, lost + 3);
-    expect_right(results, drive.truth, found, results.size());
-    ASSERT_TRUE(results[found].jump.has_value());
-    EXPECT_THAT(results[found].jump->to, PoseNear(drive.truth[found].pose, 0.05, radians(1.0)));
-    EXPECT_GT((results[found].jump->from.translation - results[found].jump->to.translation).norm(),
-              0.5);
-}
-
-TEST(Localizer, AStartDuringTheDriveIsAJump) {
-    const TestDrive drive = part_of(hall().drive, 100, 200);
-    Localizer localizer(hall().map, {});
-    std::optional<Jump> jump;
-    for (std::size_t i = 0; i < 100; ++i) {
-        if (i == 50) {
-            localizer.start_at(drive.truth[i].pose * Pose2d(2.0, 0.0, 0.0), kGivenDoubt);
-        }
-        const LocalizationResult result = localizer.process(drive.frames[i]);
-        if (i == 50) {
-            jump = result.jump;
-        }
-    }
-    ASSERT_TRUE(jump.has_value());
-    EXPECT_THAT(jump->from, PoseNear(drive.truth[50].pose, 0.05, radians(1.0)));
-}
-
-TEST(Localizer, KidnappedItIsLostAndFoundAgain) {
-    // Places of the lap by frames, each with another heading or far away.
-    const std::size_t places[][2] = {{150, 400}, {300, 520}, {200, 330}, {500, 120}};
-    for (const auto& [before, after] : places) {
-        const TestDrive drive = spliced(part_of(hall().drive, before - 40, before),
-                                        part_of(hall().drive, after, after + 80));
-        Localizer localizer(hall().map, {});
-        const auto results = follow(localizer, drive.frames);
-        const std::size_t kidnapped = 40;
-        std::size_t noticed = kidnapped;
-        while (noticed < results.size() && results[noticed].status != LocalizationStatus::kLost) {
-            ++noticed;
-        }
-        ASSERT_LE(noticed, kidnapped + static_cast<std::size_t>(kScanRate)) << before;
-        const std::size_t found = first_known(results, noticed);
-        ASSERT_LE(found, kidnapped + static_cast<std::size_t>(3.0 * kScanRate)) << before;
-        expect_right(results, drive.truth, found, results.size());
-        ASSERT_TRUE(results[found].jump.has_value());
-        EXPECT_THAT(results[found].jump->to, PoseNear(drive.truth[found].pose, 0.05, radians(1.0)));
-    }
-}
-
-TEST(Localizer, CarriedAwayOnlyALittleItSaysSo) {
-    // So little that odometry, which aligns scans, follows; and into the look-alike opposite
-    // corner.
-    const std::size_t places[][2] = {{512, 618}, {124, 53}, {176, 523}};
-    for (const auto& [before, after] : places) {
-        const TestDrive drive = spliced(part_of(hall().drive, before - 25, before),
-                                        part_of(hall().drive, after, after + 25));
-        Localizer localizer(hall().map, {});
-        const auto results = follow(localizer, drive.frames);
-        EXPECT_TRUE(std::any_of(results.begin() + 25, results.begin() + 37, [](const auto& result) {
-            return result.jump || result.status == LocalizationStatus::kLost;
-        })) << before;
-        expect_right(results, drive.truth, 38, results.size());
     }
 }
 

@@ -318,6 +318,19 @@ TEST(ReferenceOfGrid, TurnsAMapWithYaw) {
     EXPECT_EQ(lost, 0);
 }
 
+TEST(ReferenceMap, APyramidOfAnotherMapIsRefused) {
+    StoredMap stored = map_of(test::irregular_room(), test::ellipse_lap(20), 0.01);
+    const Surface walls = draw_walls(stored.keyframes, stored.graph, stored.grid);
+    stored.pyramid = search_pyramid(walls.points);
+    EXPECT_NO_THROW(reference_of(stored));
+    Points elsewhere = walls.points;
+    for (Point2& point : elsewhere) {
+        point += Point2(0.7, 0.4);
+    }
+    stored.pyramid = search_pyramid(elsewhere);
+    EXPECT_THROW(reference_of(stored), Error);
+}
+
 TEST(ReadReferenceMap, ReadsFoldersAndMapsOfOthers) {
     const test::TempFolder folder;
     const StoredMap stored = map_of(test::irregular_room(), test::ellipse_lap(20), 0.01);

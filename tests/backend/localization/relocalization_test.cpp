@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "backend/localization/localization_support.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "support/error_of.hpp"
@@ -34,7 +36,7 @@ World square_room() {
     return world;
 }
 
-/// Two rooms of 6 x 4 m that are the same but for a post in the second one's corner.
+/// Two rooms of 6 x 4 m that are the same.
 World twin_rooms() {
     World world;
     add_outline(world, {{0, 0}, {6, 0}, {6, 4}, {0, 4}});
@@ -219,8 +221,50 @@ TEST(Relocalization, EffortThatRanOutIsSaid) {
     EXPECT_LT(found.nodes, 3000U);
 }
 
+/// Square rooms in rows, all alike: four places in each.
+World square_rooms(int rows) {
+    World world;
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < rows; ++x) {
+            const Point2 corner(4.3 * x, 4.3 * y);
+            add_outline(world, transform(Pose2d(corner, 0.0), {{0, 0}, {3, 0}, {3, 3}, {0, 3}}));
+        }
+    }
+    return world;
+}
+
+TEST(Relocalization, MoreLookAlikesThanAreLookedAtAreAmbiguous) {
+    const int rows = 6;
+    const World rooms = square_rooms(rows);
+    std::vector<Pose2d> poses;
+    for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < rows; ++x) {
+            poses.emplace_back(4.3 * x + 1.5, 4.3 * y + 1.5, 0.0);
+            poses.emplace_back(4.3 * x + 1.5, 4.3 * y + 1.5, kPi);
+        }
+    }
+    const auto map = reference_of(stored_map_of(rooms, poses));
+    const Pose2d truth(4.3 * 3 + 1.0, 4.3 * 2 + 1.7, 0.4);
+    const Query query = seen_from(rooms, truth);
+    RelocalizationConfig config;
+    const Relocalization found = relocalizer_in(map, config).find(query);
+    EXPECT_EQ(found.verdict, PlaceVerdict::kAmbiguous);
+    EXPECT_GT(found.places.size(), 90U);
+    EXPECT_LE(found.places.size(), 100U);
+    config.max_places = 1000;
+    const Relocalization all = relocalizer_in(map, config).find(query);
+    EXPECT_EQ(all.verdict, PlaceVerdict::kAmbiguous);
+    EXPECT_EQ(all.places.size(), 4U * rows * rows);
+    EXPECT_TRUE(std::any_of(all.places.begin(), all.places.end(), [&](const Place& place) {
+        return between(truth, place.map_from_robot).translation.norm() < 0.03;
+    }));
+}
+
 TEST(Relocalization, NothingSeenIsNowhere) {
     const Relocalizer relocalizer = relocalizer_in(hall_map());
+    // Earlier scans alone do not tell where it is now.
+    const Query blind_now{Sweep(), seen_from(world_named("thesis_hall"), Pose2d()).front()};
+    EXPECT_EQ(relocalizer.find(blind_now).verdict, PlaceVerdict::kNotInMap);
     EXPECT_EQ(relocalizer.find({}).verdict, PlaceVerdict::kNotInMap);
     EXPECT_EQ(relocalizer.find({Sweep()}).verdict, PlaceVerdict::kNotInMap);
 }

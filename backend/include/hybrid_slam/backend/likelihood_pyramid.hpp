@@ -18,7 +18,8 @@ class LikelihoodPyramid {
     LikelihoodPyramid(const Points& reference, double resolution, double sigma, int levels);
 
     /// Of a finest level made before, row by row from the bottom. Throws Error when it has another
-    /// number of cells than the geometry.
+    /// number of cells than the geometry, or when its first 2^(levels-1) - 1 columns and rows are
+    /// not all 0: the levels would be no bounds for blocks that hang over that edge.
     LikelihoodPyramid(const GridGeometry& geometry, std::vector<std::uint8_t> finest, int levels);
 
     static constexpr int kMostLevels = 12;
@@ -32,7 +33,7 @@ class LikelihoodPyramid {
         return grids_[static_cast<std::size_t>(level)];
     }
 
-    /// 0 to 255; 0 outside of the grid.
+    /// 0 to 255; 0 outside of the grid, where a block reaches at most into the empty rim.
     std::uint8_t at(int level, int x, int y) const {
         if (x < 0 || y < 0 || x >= geometry_.width || y >= geometry_.height) {
             return 0;

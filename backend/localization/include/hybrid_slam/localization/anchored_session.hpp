@@ -31,7 +31,7 @@ void describe(ConfigSchema& schema, AnchoringConfig& config);
 
 enum class AnchorVerdict {
     kAccepted,
-    kOutside,       ///< most of the scan lies where the map knows nothing
+    kOutside,       ///< too little of the scan lies where the map knows anything
     kContradicted,  ///< the map does not explain the scan
     kDisagreeing    ///< it fits, but the rest of the session puts it elsewhere: thrown out
 };
@@ -40,7 +40,7 @@ std::string_view to_string(AnchorVerdict verdict);
 /// What the map says of one keyframe of the session.
 struct Anchor {
     AnchorVerdict verdict = AnchorVerdict::kOutside;
-    Pose2d map_from_robot;                                  ///< by the map alone
+    Pose2d map_from_robot;  ///< by the map alone; by the session where ICP found none
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< in the axes of the robot
     ScanFit fit;
     double chi2 = 0.0;  ///< against the solution

@@ -61,7 +61,9 @@ struct LocalizationResult {
     /// possible, or half the share of the particle filter's first. Lost, not in the map: 0.
     double score = 0.0;
     Eigen::Vector2d weak_direction = Eigen::Vector2d::Zero();  ///< in the map
-    ScanFit fit;                                               ///< unmapped beams apart from misfit
+    /// Of the scan at the pose, unmapped beams apart from misfit; while searching, of the query at
+    /// the best place. Without points: the scan was blind, and nothing was looked up.
+    ScanFit fit;
     std::optional<Jump> jump;
     /// Of a search in this frame, or of the particle filter.
     std::optional<Relocalization> relocalization;
@@ -90,7 +92,7 @@ class Localizer {
 
     /// Before the first frame, or at any time (VDA 5050 initPosition): the pose at the next scan
     /// from which tracking starts; when the scan contradicts it the search begins. Throws Error for
-    /// what is not finite.
+    /// what is not finite, and for a covariance that is not symmetric and positive.
     void start_at(const Pose2d& map_from_robot, const Eigen::Matrix3d& covariance);
 
     LocalizationResult process(const Frame& frame);

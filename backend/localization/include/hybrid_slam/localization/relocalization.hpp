@@ -34,7 +34,7 @@ struct RelocalizationConfig {
     /// A place is ambiguous with those whose score comes as near to its own as
     /// margin + doubt (1 - its score).
     double margin = 0.05;
-    double doubt = 0.3;
+    double doubt = 0.25;
     double apart = 0.5;                  ///< metres between two places that are really two, or
     double apart_angle = radians(15.0);  ///< radians
 };
@@ -79,7 +79,7 @@ class Relocalizer {
     Relocalizer(std::shared_ptr<const ReferenceMap> map, const RelocalizationConfig& config,
                 const IcpConfig& icp);
 
-    /// kNotInMap for a query without points.
+    /// kNotInMap for a query whose newest scan has no points: it is not known where that is.
     Relocalization find(const Query& query) const;
 
     /// ICP from a guess, and what the map says of the pose that it finds; the guess itself when ICP

@@ -22,10 +22,10 @@ using Query = std::vector<Sweep>;
 /// The same seen from frame a.
 Sweep transform(const Pose2d& a_from_b, const Sweep& sweep_in_b);
 
-/// What the map says of the beams of a query at one pose. Shares of all points of the query; the
-/// four add up to one.
+/// What the map says of the beams of a query at one pose. Of a large query some hundred points,
+/// evenly spread, are judged; their four shares add up to one, but are 0 of a blind query.
 struct ScanFit {
-    std::size_t points = 0;
+    std::size_t points = 0;  ///< of the query; 0: it was blind
     double explained = 0.0;  ///< end at a wall of the map
     double violated = 0.0;   ///< went through a wall of the map, or end inside of one
     double unmapped = 0.0;   ///< end in the open: things the map does not have
