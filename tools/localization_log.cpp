@@ -128,7 +128,7 @@ void LocalizationLog::add_row(const LocalizationResult& result) {
 void LocalizationLog::add_events(const LocalizationResult& result) {
     const double stamp = result.stamp;
     if (result.relocalization && tells_news(*result.relocalization)) {
-        add_event(stamp, result.relocalization->nodes > 0 ? "search" : "particles",
+        add_event(stamp, result.relocalization->of_filter ? "particles" : "search",
                   places_json(*result.relocalization));
     }
     if (result.jump) {
@@ -152,7 +152,7 @@ void LocalizationLog::add_event(double stamp, const std::string& kind, const Jso
 
 /// A particle filter answers at each scan, mostly the same.
 bool LocalizationLog::tells_news(const Relocalization& relocalization) {
-    const bool news = relocalization.nodes > 0 || verdict_ != relocalization.verdict ||
+    const bool news = !relocalization.of_filter || verdict_ != relocalization.verdict ||
                       places_ != relocalization.places.size();
     verdict_ = relocalization.verdict;
     places_ = relocalization.places.size();

@@ -108,7 +108,7 @@ class Runner {
 
     void count(const Relocalization& relocalization) {
         run_.most_nodes = std::max(run_.most_nodes, relocalization.nodes);
-        if (relocalization.nodes > 0) {
+        if (!relocalization.of_filter) {
             ++run_.searches[relocalization.verdict];
         }
     }

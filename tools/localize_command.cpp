@@ -95,7 +95,21 @@ bool resumes_itself(const LocalizeOptions& options) {
                                           fs::weakly_canonical(options.out, ignored);
 }
 
-Start resumed(const LocalizeOptions& options, const std::string& identity) {
+/// Where the map knows nothing, no scan can contradict a pose.
+void expect_inside(const ReferenceMap& map, const Pose2d& pose, const std::string& what) {
+    const GridGeometry& grid = map.grid().geometry;
+    const Point2 upper = grid.origin + grid.resolution * Point2(grid.width, grid.height);
+    if ((pose.translation.array() < grid.origin.array()).any() ||
+        (pose.translation.array() > upper.array()).any()) {
+        throw Error(fmt::format(
+            "{}: {:g}, {:g} is not in the map, which reaches from "
+            "{:.1f}, {:.1f} to {:.1f}, {:.1f}",
+            what, pose.x(), pose.y(), grid.origin.x(), grid.origin.y(), upper.x(), upper.y()));
+    }
+}
+
+Start resumed(const LocalizeOptions& options, const ReferenceMap& map,
+              const std::string& identity) {
     const fs::path file = last_pose_file(options.resume);
     if (resumes_itself(options) && !fs::exists(file)) {
         // What always starts so has to start a first time.
@@ -108,6 +122,7 @@ Start resumed(const LocalizeOptions& options, const std::string& identity) {
             "{}: is a pose in another map ('{}', identity {}), not in '{}' ({})", file.string(),
             last.map, last.map_identity, options.map.string(), identity));
     }
+    expect_inside(map, last.map_from_robot, file.string());
     Start start;
     start.map_from_robot = last.map_from_robot;
     start.covariance = last.covariance + diagonal(kRolled, kTurned);
@@ -118,23 +133,10 @@ Start resumed(const LocalizeOptions& options, const std::string& identity) {
     return start;
 }
 
-/// Where the map knows nothing, no scan can contradict a pose.
-void expect_inside(const ReferenceMap& map, const Pose2d& pose) {
-    const GridGeometry& grid = map.grid().geometry;
-    const Point2 upper = grid.origin + grid.resolution * Point2(grid.width, grid.height);
-    if ((pose.translation.array() < grid.origin.array()).any() ||
-        (pose.translation.array() > upper.array()).any()) {
-        throw Error(fmt::format(
-            "--initial-pose: {:g}, {:g} is not in the map, which reaches from "
-            "{:.1f}, {:.1f} to {:.1f}, {:.1f}",
-            pose.x(), pose.y(), grid.origin.x(), grid.origin.y(), upper.x(), upper.y()));
-    }
-}
-
 Start start_of(const LocalizeOptions& options, const ReferenceMap& map,
                const std::string& identity) {
     if (!options.resume.empty()) {
-        return resumed(options, identity);
+        return resumed(options, map, identity);
     }
     if (options.initial_pose.empty()) {
         return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
@@ -143,7 +145,7 @@ Start start_of(const LocalizeOptions& options, const ReferenceMap& map,
     Start start;
     start.map_from_robot = Pose2d(pose[0], pose[1], normalize_angle(radians(pose[2])));
     start.covariance = diagonal(options.initial_sigma[0], radians(options.initial_sigma[1]));
-    expect_inside(map, *start.map_from_robot);
+    expect_inside(map, *start.map_from_robot, "--initial-pose");
     start.event = {
         {"event", "start"}, {"from", "initial pose"}, {"pose", to_json(*start.map_from_robot)}};
     return start;

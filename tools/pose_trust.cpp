@@ -7,8 +7,10 @@ namespace {
 /// Halls change, so that much may be new; but walls that are seen through count twice.
 bool agrees(const ScanFit& fit) {
     constexpr double kLeastExplained = 0.25;  // share of the beams
+    constexpr double kMostViolated = 0.15;
     constexpr double kViolatedWeight = 2.0;
-    return fit.explained >= kLeastExplained && fit.explained > kViolatedWeight * fit.violated;
+    return fit.explained >= kLeastExplained && fit.violated <= kMostViolated &&
+           fit.explained > kViolatedWeight * fit.violated;
 }
 
 }  // namespace

@@ -200,8 +200,11 @@ int run_relocalize(const RelocalizeOptions& options) {
 void check_usage(const RelocalizeOptions& options, const CLI::App& command) {
     const int given =
         (options.scan.empty() ? 0 : 1) + (options.drive.empty() ? 0 : 1) + (options.live ? 1 : 0);
-    if (given != 1) {
+    if (given == 0) {
         throw CLI::RequiredError("one of DRIVE, --scan and --live");
+    }
+    if (given > 1) {
+        throw CLI::ValidationError("DRIVE, --scan and --live exclude each other");
     }
     const RobotOptions& robot = options.robot;
     if (!options.live && (!robot.lidar.empty() || !robot.camera.empty() || robot.no_camera)) {

@@ -1,12 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_yardstick.hpp"
 
+#include <algorithm>
+
 #include "hybrid_slam/core/error.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Whether stamps of another drive follow. Logs have short steps back in time too.
+bool begins_anew(const Trajectory& trajectory) {
+    constexpr double kStep = 5.0;  // seconds
+    return std::adjacent_find(trajectory.begin(), trajectory.end(),
+                              [](const StampedPose& before, const StampedPose& now) {
+                                  return now.stamp < before.stamp - kStep;
+                              }) != trajectory.end();
+}
 
 std::optional<Pose2d> tie(const fs::path& map, const fs::path& map_truth) {
     if (map_truth.empty()) {
@@ -16,7 +27,12 @@ std::optional<Pose2d> tie(const fs::path& map, const fs::path& map_truth) {
     if (!fs::exists(mapped)) {
         throw Error(map.string() + ": has no trajectory.tum, which --map-truth needs");
     }
-    return truth_error(read_tum(mapped), read_tum(map_truth)).truth_from_estimate;
+    const Trajectory trajectory = read_tum(mapped);
+    if (begins_anew(trajectory)) {
+        throw Error(mapped.string() +
+                    ": holds several drives; --map-truth needs the map of one, whose truth it is");
+    }
+    return truth_error(trajectory, read_tum(map_truth)).truth_from_estimate;
 }
 
 YardstickFiles placed(YardstickFiles files, bool tied) {

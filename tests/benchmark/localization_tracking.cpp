@@ -89,8 +89,8 @@ struct TrackErrors {
         return degrees(std::sqrt(squared_heading / static_cast<double>(poses)));
     }
     double mean_nees() const { return nees / static_cast<double>(poses); }
-    /// Sigmas are neither half of what they should be nor twice as much.
-    bool is_honest() const { return mean_nees() >= 0.75 && mean_nees() <= 12.0; }
+    /// The mean of chi2 with three degrees of freedom is 3; errors of one drive go together.
+    bool is_honest() const { return mean_nees() >= 1.0 && mean_nees() <= 6.0; }
     std::string text() const {
         return fmt::format(
             "{:.2f} cm / {:.3f} deg RMSE, worst {:.2f} cm, NEES {:.2f} (3, or 0.75 to 12 for "

@@ -122,7 +122,7 @@ TEST(LocalizeStart, ALastPoseOfAnotherMapIsRefused) {
 TEST(LocalizeStart, AServiceAlwaysResumesItsOwnRun) {
     const TempFolder folder;
     map_room(folder);
-    map_square(folder);
+    simulate_elsewhere(folder);
     const Outcome first = run_well(folder, "localize room second.clf --out run --resume run");
     EXPECT_THAT(first.err, HasSubstr("no last pose there yet"));
     EXPECT_EQ(events_of(folder, "start").at(0)["from"], "unknown");
@@ -132,8 +132,8 @@ TEST(LocalizeStart, AServiceAlwaysResumesItsOwnRun) {
     EXPECT_EQ(events_of(folder, "start").at(0)["from"], "last pose") << "the file's name will do";
     // What was true of the vehicle stays true of it while nothing better is known.
     const std::string before = bytes_of(folder / "run/last_pose.json");
-    EXPECT_EQ(run(folder, "localize room square.clf --out run --resume run").code, 0);
-    EXPECT_TRUE(std::filesystem::exists(folder / "run/last_pose.json"));
+    EXPECT_EQ(run(folder, "localize room elsewhere.clf --out run --resume run").code, 6);
+    EXPECT_EQ(bytes_of(folder / "run/last_pose.json"), before);
     EXPECT_EQ(run(folder, "localize room second.clf --out new --resume nowhere").code, 1);
     EXPECT_FALSE(std::filesystem::exists(folder / "new"));
 }

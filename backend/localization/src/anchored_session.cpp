@@ -14,6 +14,7 @@
 namespace hybrid_slam {
 namespace {
 
+constexpr double kOtherScans = 0.25;   // of a query's path, by which two are apart at least
 constexpr double kLeastJudged = 30.0;  ///< points of a scan that the map can judge, to anchor it
 
 /// How far off the poses of the session may be at each pass over its keyframes.
@@ -226,9 +227,11 @@ void SessionAnchorer::find_places(const SlamMap& session, Anchoring& result) con
     const int pieces =
         rest <= 0.0 ? 1 : 1 + static_cast<int>(std::ceil(2.0 * rest / config_.query_path));
     const int count = std::min(pieces, config_.max_searches);
+    std::vector<double> asked;
     for (int i = 0; i < count; ++i) {
         const double share = count > 1 ? static_cast<double>(i) / (count - 1) : 0.0;
-        result.searches.push_back(search(session, first + share * std::max(rest, 0.0)));
+        asked.push_back(first + share * std::max(rest, 0.0));
+        result.searches.push_back(search(session, asked.back()));
     }
     std::size_t agreeing = mark_agreeing(session, result.searches);
     if (agreeing == 1 && rest > 0.0) {
@@ -237,8 +240,14 @@ void SessionAnchorer::find_places(const SlamMap& session, Anchoring& result) con
                                        [](const SessionPlace& place) { return place.agrees; });
         const double start = session.keyframes[lone->keyframe].path - config_.query_path;
         for (const double shift : {-0.5, 0.5}) {
-            const double from = start + shift * config_.query_path;
-            result.searches.push_back(search(session, std::clamp(from, first, first + rest)));
+            const double from = std::clamp(start + shift * config_.query_path, first, first + rest);
+            // The same scans again would only confirm themselves.
+            const bool is_new = std::all_of(asked.begin(), asked.end(), [&](double other) {
+                return std::abs(from - other) >= kOtherScans * config_.query_path;
+            });
+            if (is_new) {
+                result.searches.push_back(search(session, from));
+            }
         }
         agreeing = mark_agreeing(session, result.searches);
     }

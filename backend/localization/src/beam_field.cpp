@@ -9,6 +9,7 @@ namespace hybrid_slam {
 namespace {
 
 constexpr double kSigma = 0.1;         // metres
+constexpr double kUnknown = 0.5;       // likelihood of what ends there
 constexpr double kHalfSpacing = 0.05;  // metres along a wall between points of the map
 constexpr double kMostSquared = 2.0 * ReferenceMap::kNear * ReferenceMap::kNear;
 // Factors, each above 1e-4, whose product does not underflow: one logarithm for so many beams.
@@ -40,7 +41,9 @@ BeamField::BeamField(const ReferenceMap& map, double hit) : map_(map), hit_(hit)
 double BeamField::likelihood(const Point2& point) const {
     const std::uint32_t index = map_.nearest(point);
     if (index == ReferenceMap::kNothing) {
-        return 0.0;
+        // Where the map knows nothing, there may be a wall as well.
+        const StateGrid& grid = map_.grid();
+        return grid.at(grid.geometry.cell_of(point)) == CellState::kUnknown ? kUnknown : 0.0;
     }
     const Point2 off = point - map_.surface().points[index];
     const double across = off.dot(map_.surface().normals[index]);

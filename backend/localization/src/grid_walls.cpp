@@ -163,7 +163,7 @@ void expect_states(const StateGrid& grid) {
     if (geometry.width < 1 || geometry.height < 1 || !(geometry.resolution > 0.0) ||
         grid.states.size() !=
             static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height)) {
-        throw Error("map: the grid has no cells, or another number than its size says");
+        throw Error("the grid has no cells, or another number than its size says");
     }
 }
 
@@ -210,7 +210,7 @@ Surface walls_of(const StateGrid& grid) {
         walls.normals.push_back(line.normal);
     }
     if (walls.points.empty()) {
-        throw Error("map: no occupied cell of the grid is beside a free one, so it has no walls");
+        throw Error("no occupied cell of the grid is beside a free one, so the map has no walls");
     }
     return transform(map_from_grid(grid), walls);
 }

@@ -22,6 +22,9 @@ constexpr double kSearchSeconds = 1.0;  // between searches of a map that the ro
 constexpr double kNewestWay = 0.3;      // of a query's path, of one that begins anew
 constexpr double kCloseBy = 1.0;        // metres from a tracked pose that was off, and
 constexpr double kCloseByAngle = radians(20.0);
+constexpr double kAsGood = 0.01;          // of the best score
+constexpr double kContradicts = 0.5;      // of what is explained
+constexpr double kNowhereWay = 3.0;       // metres
 constexpr std::size_t kMostSettled = 40;  // clusters of the filter
 constexpr double kLeastShare = 1e-4;      // of them
 
@@ -91,6 +94,9 @@ struct Localizer::State {
     void track_from(const PoseBelief& known, Scan& scan);
     void track(Scan& scan);
     void look_up(Scan& scan);
+    std::optional<Place> nearest_to(const Pose2d& pose, const std::vector<Place>& places,
+                                    double least) const;
+    bool is_nowhere(const Relocalization& found, const Scan& scan);
     void lose(Scan& scan);
     void look_around(Scan& scan);
     bool is_search_due(double stamp) const;
@@ -114,6 +120,8 @@ struct Localizer::State {
     bool tracking = false;
     std::optional<PoseBelief> given;  ///< by start_at, for the next scan
     std::optional<Search> searched;   ///< the last one since the place was lost
+    /// Where the first of the looks in a row was that found this place nowhere in the map.
+    std::optional<Pose2d> refused_at;
 };
 
 Localizer::Localizer(std::shared_ptr<const ReferenceMap> map, const LocalizationConfig& config)
@@ -175,6 +183,7 @@ void Localizer::State::track_from(const PoseBelief& known, Scan& scan) {
     belief.stop();
     history.clear();
     searched.reset();
+    refused_at.reset();
     doubt = TrackingDoubt();
     tracker.start(known.map_from_robot, known.covariance);
     tracking = true;
@@ -203,29 +212,40 @@ void Localizer::State::track(Scan& scan) {
 
 /// A scan that the tracked place explains badly is looked up in the whole map. Of places that
 /// explain it far better, one close by is where the robot is, for there are look-alikes elsewhere;
-/// without such a one it was carried away.
+/// without such a one it was carried away, if it sees through walls where it is held to be: what is
+/// merely new, or not mapped, is no reason to go to a look-alike.
 void Localizer::State::look_up(Scan& scan) {
     const LocalizationResult& result = scan.result;
-    if (result.fit.points == 0) {
-        return;  // a blind scan speaks for nothing
-    }
     // What ends where the map knows nothing does not speak against the pose: the map ends there.
     const double level = result.fit.explained - result.fit.violated + result.fit.unknown;
-    if (!doubt.is_due(result.stamp, level)) {
+    if (result.fit.points == 0 || !doubt.is_due(result.stamp, level)) {
         return;
     }
     doubt.settle(result.stamp, level);
     const Relocalization found =
         relocalizer.find({{scan.frame.scan.robot_from_laser.translation, scan.odometry.surface}});
+    const bool contradicted = result.fit.violated > config.relocalization.max_violated &&
+                              result.fit.violated > kContradicts * result.fit.explained;
     const double least = level + 2.0 * config.relocalization.margin;
-    if (found.verdict == PlaceVerdict::kNotInMap || found.verdict == PlaceVerdict::kUnfinished ||
-        found.places.empty() || found.places.front().fit.score <= least) {
-        return;
+    const bool better = found.verdict != PlaceVerdict::kNotInMap && !found.places.empty() &&
+                        found.places.front().fit.score > least;
+    if (const auto nearest =
+            better ? nearest_to(*result.map_from_robot, found.places, least) : std::nullopt) {
+        track_from({nearest->map_from_robot, nearest->covariance}, scan);
+    } else if ((better && contradicted && found.verdict != PlaceVerdict::kUnfinished) ||
+               is_nowhere(found, scan)) {
+        lose(scan);
     }
+}
+
+/// Of the places that score more than `least`, the one close by.
+std::optional<Place> Localizer::State::nearest_to(const Pose2d& pose,
+                                                  const std::vector<Place>& places,
+                                                  double least) const {
     std::optional<Place> nearest;
     double nearest_way = kCloseBy;
-    for (const Place& place : found.places) {
-        const Pose2d apart = between(*result.map_from_robot, place.map_from_robot);
+    for (const Place& place : places) {
+        const Pose2d apart = between(pose, place.map_from_robot);
         const double way = apart.translation.norm();
         if (place.fit.score > least && way < nearest_way &&
             std::abs(apart.heading) < kCloseByAngle) {
@@ -233,11 +253,21 @@ void Localizer::State::look_up(Scan& scan) {
             nearest_way = way;
         }
     }
-    if (nearest) {
-        track_from({nearest->map_from_robot, nearest->covariance}, scan);
-    } else {
-        lose(scan);
+    return nearest;
+}
+
+/// Whether all looks of the last metres say that this is not in the map, while the pose sees
+/// through walls: another building, or another floor, of which a part looks alike. An open door, or
+/// a wall that is gone, is soon left behind.
+bool Localizer::State::is_nowhere(const Relocalization& found, const Scan& scan) {
+    const LocalizationResult& result = scan.result;
+    if (found.verdict != PlaceVerdict::kNotInMap ||
+        result.fit.violated <= config.relocalization.margin) {
+        refused_at.reset();
+        return false;
     }
+    refused_at = refused_at.value_or(*result.map_from_robot);
+    return between(*refused_at, *result.map_from_robot).translation.norm() >= kNowhereWay;
 }
 
 /// The odometry begins anew too: who was carried away has a local map of another place.
@@ -345,7 +375,7 @@ Relocalization Localizer::State::begin_anew() {
 }
 
 /// The particle filter's one place, if all that was seen of late agrees with it alone, and the
-/// search holds it possible too: the filter knows only of the places that it began with.
+/// search holds no other to be better: the filter knows only of the places that it began with.
 std::optional<Place> Localizer::State::decided_place(const Relocalization& searched_now) const {
     if (!belief.is_decided(history.path())) {
         return std::nullopt;
@@ -364,13 +394,14 @@ std::optional<Place> Localizer::State::decided_place(const Relocalization& searc
         return std::nullopt;
     }
     const Place& place = judged.places.front();
+    const auto is_it = [&](const Place& other) {
+        return !are_apart(other.map_from_robot, place.map_from_robot, config.relocalization);
+    };
+    const Place& best = searched_now.places.front();
     const bool possible =
-        std::any_of(searched_now.places.begin(), searched_now.places.end(),
-                    [&](const Place& other) {
-                        return !are_apart(other.map_from_robot, place.map_from_robot,
-                                          config.relocalization);
-                    }) &&
-        !are_apart(place.map_from_robot, clusters.front().map_from_robot, config.relocalization);
+        is_it(clusters.front()) &&
+        std::any_of(searched_now.places.begin(), searched_now.places.end(), is_it) &&
+        (is_it(best) || place.fit.score >= best.fit.score - kAsGood);
     return possible ? std::optional<Place>(place) : std::nullopt;
 }
 
@@ -378,6 +409,8 @@ void Localizer::State::report_belief(LocalizationResult& result) const {
     Relocalization relocalization;
     relocalization.verdict = PlaceVerdict::kAmbiguous;
     relocalization.places = belief.places();
+    relocalization.of_filter = true;
+    result.fit = fit_of(*map, {history.newest()}, relocalization.places.front().map_from_robot);
     result.score = kDegradedScore * relocalization.places.front().share;
     result.relocalization = std::move(relocalization);
 }

@@ -34,8 +34,9 @@ double slip_of(const OdometryResult& now) {
         return 0.0;
     }
     const double share = now.prior_used == PriorKind::kVisual ? kVisualSlip : kUnledSlip;
-    const double along = std::abs(now.icp.weak_direction.dot(now.local_from_robot.rotation() *
-                                                             now.before_from_now.translation));
+    const Pose2d local_from_before = now.local_from_robot * now.before_from_now.inverse();
+    const double along = std::abs(now.icp.weak_direction.dot(now.local_from_robot.translation -
+                                                             local_from_before.translation));
     return (1.0 - now.icp.weakness_ratio / kWeak) * share * along;
 }
 

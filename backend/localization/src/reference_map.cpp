@@ -17,7 +17,7 @@ constexpr double kMostCells = 1 << 25;
 
 Surface expect_walls(Surface surface) {
     if (surface.points.empty() || surface.normals.size() != surface.points.size()) {
-        throw Error("map: there are no walls in it to localize by");
+        throw Error("the map has no walls to localize by");
     }
     return surface;
 }
@@ -29,7 +29,7 @@ const LikelihoodPyramid& expect_holds(const LikelihoodPyramid& pyramid, const Su
         return pyramid.at(0, cell.x, cell.y) > 0;
     };
     if (!std::all_of(walls.points.begin(), walls.points.end(), is_likely)) {
-        throw Error("map: the stored pyramid is not that of its walls");
+        throw Error("the stored pyramid is not that of the map's walls");
     }
     return pyramid;
 }
@@ -129,9 +129,26 @@ bool is_map_server_file(const std::filesystem::path& path) {
     return (suffix == ".yaml" || suffix == ".yml") && !std::filesystem::is_directory(path);
 }
 
+namespace {
+
+/// The readers name the file; what is wrong with the map as a whole does not.
+template <typename Map>
+std::shared_ptr<const ReferenceMap> reference_in(const std::filesystem::path& path,
+                                                 const Map& map) {
+    try {
+        return reference_of(map);
+    } catch (const Error& error) {
+        throw Error(path.string() + ": " + error.what());
+    }
+}
+
+}  // namespace
+
 std::shared_ptr<const ReferenceMap> read_reference_map(const std::filesystem::path& path) {
-    return is_map_server_file(path) ? reference_of(read_map_server(path))
-                                    : reference_of(read_map(path));
+    if (is_map_server_file(path)) {
+        return reference_in(path, read_map_server(path));
+    }
+    return reference_in(path, read_map(path));
 }
 
 }  // namespace hybrid_slam

@@ -22,25 +22,34 @@ void SweepHistory::add(const OdometryResult& odometry, const Point2& origin) {
     if (is_guesswork(odometry) && odometry.surface.size() > 0) {
         clear();
     }
-    path_ += odometry.before_from_now.translation.norm();
-    turn_ += std::abs(odometry.before_from_now.heading);
-    if (newest_ && is_far_from_last()) {
+    if (newest_ && newest_->sweep.surface.size() > 0 &&
+        (kept_.empty() ||
+         is_far(between(kept_.front().local_from_robot, newest_->local_from_robot)))) {
         kept_.push_front(std::move(*newest_));
     }
-    newest_ = Entry{odometry.local_from_robot, path_, {origin, odometry.surface}};
+    newest_ = Entry{odometry.local_from_robot, 0.0, {origin, odometry.surface}};
+    if (!local_from_stand_ || is_far(since_stand())) {
+        leave_stand();
+    }
+    newest_->path = path();
     forget_beyond(spacing_.path);
 }
 
-bool SweepHistory::is_far_from_last() const {
-    if (newest_->sweep.surface.size() == 0) {
-        return false;
-    }
-    if (kept_.empty()) {
-        return true;
-    }
-    const Pose2d apart = between(kept_.front().local_from_robot, newest_->local_from_robot);
-    return apart.translation.norm() >= spacing_.distance ||
-           std::abs(apart.heading) >= spacing_.angle;
+bool SweepHistory::is_far(const Pose2d& motion) const {
+    return motion.translation.norm() >= spacing_.distance ||
+           std::abs(motion.heading) >= spacing_.angle;
+}
+
+Pose2d SweepHistory::since_stand() const {
+    return newest_ && local_from_stand_ ? between(*local_from_stand_, newest_->local_from_robot)
+                                        : Pose2d();
+}
+
+void SweepHistory::leave_stand() {
+    const Pose2d motion = since_stand();
+    path_ += motion.translation.norm();
+    turn_ += std::abs(motion.heading);
+    local_from_stand_ = newest_->local_from_robot;
 }
 
 Query SweepHistory::query(double path) const {
@@ -54,7 +63,7 @@ Query SweepHistory::query(double path) const {
         const Pose2d robot_from_entry = robot_from_local * entry.local_from_robot;
         const bool far = robot_from_entry.translation.norm() >= 0.5 * spacing_.distance ||
                          std::abs(robot_from_entry.heading) >= 0.5 * spacing_.angle;
-        if (far && path_ - entry.path <= path) {
+        if (far && newest_->path - entry.path <= path) {
             query.push_back(transform(robot_from_entry, entry.sweep));
         }
     }
@@ -62,14 +71,18 @@ Query SweepHistory::query(double path) const {
 }
 
 void SweepHistory::forget_beyond(double path) {
-    while (!kept_.empty() && (path_ - kept_.back().path > path || kept_.size() > kMost)) {
+    while (!kept_.empty() && (newest_->path - kept_.back().path > path || kept_.size() > kMost)) {
         kept_.pop_back();
     }
 }
 
 void SweepHistory::clear() {
+    if (newest_) {
+        leave_stand();
+    }
     kept_.clear();
     newest_.reset();
+    local_from_stand_.reset();
 }
 
 }  // namespace hybrid_slam

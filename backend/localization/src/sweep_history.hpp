@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <deque>
 #include <optional>
 
@@ -29,8 +30,10 @@ class SweepHistory {
     void forget_beyond(double path);
     void clear();
 
-    double path() const { return path_; }  ///< metres driven so far
-    double turn() const { return turn_; }  ///< radians turned so far, to both sides
+    /// Metres driven and radians turned (to both sides) so far, between stands that are apart: the
+    /// noise of scans is no way, however long it stands.
+    double path() const { return path_ + since_stand().translation.norm(); }
+    double turn() const { return turn_ + std::abs(since_stand().heading); }
     const Sweep& newest() const { return newest_->sweep; }
 
   private:
@@ -40,11 +43,14 @@ class SweepHistory {
         Sweep sweep;
     };
 
-    bool is_far_from_last() const;
+    bool is_far(const Pose2d& motion) const;
+    Pose2d since_stand() const;
+    void leave_stand();
 
     SweepSpacing spacing_;
     std::deque<Entry> kept_;  ///< the newest one first; without newest_
     std::optional<Entry> newest_;
+    std::optional<Pose2d> local_from_stand_;  ///< up to which path_ and turn_ count
     double path_ = 0.0;
     double turn_ = 0.0;
 };

@@ -246,5 +246,29 @@ TEST(Localizer, ASearchThatEndsEarlyNeverMakesItSure) {
     }
 }
 
+/// Where the map ends, what is seen is not in it: no reason to believe in a look-alike elsewhere.
+TEST(Localizer, WhereTheMapEndsItDoesNotGoToALookAlike) {
+    World ring = world_named("office_ring");
+    const std::vector<Pose2d> all = poses_along(ring);
+    const auto map =
+        reference_of(stored_map_of(ring, {all.begin(), all.begin() + 40}));  // of the first 8 m
+    Localizer localizer(map, LocalizationConfig());
+    SimulatorConfig config = s300_config(1.0);
+    config.scan_rate = 5.0;
+    const TestDrive drive = part_of(drive_in(ring, config), 0, 250);
+    localizer.start_at(drive.truth.front().pose, kGivenDoubt);
+    std::size_t wrong = 0;
+    const std::vector<LocalizationResult> results = follow(localizer, drive.frames);
+    for (std::size_t i = 0; i < results.size(); ++i) {
+        wrong +=
+            results[i].status == LocalizationStatus::kTracking &&
+                    between(*results[i].map_from_robot, drive.truth[i].pose).translation.norm() >
+                        0.5
+                ? 1
+                : 0;
+    }
+    EXPECT_EQ(wrong, 0U);
+}
+
 }  // namespace
 }  // namespace hybrid_slam::test

@@ -77,5 +77,19 @@ TEST(OdometrySince, WhereScansDoNotHoldItMaySlipUnlessVisionLeads) {
     EXPECT_LT(std::sqrt(sigma_after(PriorKind::kWheel, 0.02).covariance(1, 1)), 0.005);
 }
 
+/// The motion since the scan before is told in the axes of that scan: along local's y here, where
+/// walls hold it.
+TEST(OdometrySince, WhatSlipsIsTheWayInLocal) {
+    const OdometrySince since(scan_at_x(0.0));
+    OdometryResult turned = scan_at_x(0.0);
+    turned.icp.weakness_ratio = 0.0;
+    turned.local_from_robot = {0.0, 0.1, 0.0};
+    turned.before_from_now = between(Pose2d(0.0, 0.0, kPi / 2.0), turned.local_from_robot);
+    EXPECT_LT(sigma_along(since.motion(turned)), 0.006);
+    turned.local_from_robot = {0.1, 0.0, 0.0};
+    turned.before_from_now = between(Pose2d(0.0, 0.0, kPi / 2.0), turned.local_from_robot);
+    EXPECT_NEAR(sigma_along(since.motion(turned)), 0.05, 0.002);
+}
+
 }  // namespace
 }  // namespace hybrid_slam::test

@@ -53,7 +53,7 @@ struct Jump {
 struct LocalizationResult {
     double stamp = 0.0;  ///< of the scan
     LocalizationStatus status = LocalizationStatus::kRelocalizing;
-    /// Empty while the place is unknown. While lost: the last pose carried on by odometry.
+    /// Empty while the place is unknown. While lost: the pose that the map has just contradicted.
     std::optional<Pose2d> map_from_robot;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< axes of the map: m2, m rad, rad2
     /// 0 to 1, how sure. With a pose: the score of its fit, half of it while a direction (or the

@@ -69,7 +69,8 @@ struct Relocalization {
     /// The best first. kFound: it alone counts, the second one is the runner-up that is really
     /// elsewhere, if any. kAmbiguous: all that are possible. kNotInMap: the nearest misses.
     std::vector<Place> places;
-    std::size_t nodes = 0;  ///< effort
+    std::size_t nodes = 0;   ///< effort of the method search
+    bool of_filter = false;  ///< the particle filter's belief, between searches
 };
 
 /// Finds the robot in a map without any idea where it is. Deterministic unless max_seconds is set.
@@ -83,7 +84,7 @@ class Relocalizer {
     Relocalization find(const Query& query) const;
 
     /// ICP from a guess, and what the map says of the pose that it finds; the guess itself when ICP
-    /// fails. The covariance is that of ICP with all points at that pose.
+    /// fails. The covariance is that of ICP with some hundred points of the query.
     Place settle(const Query& query, const Pose2d& guess) const;
 
     /// The verdict over places that were settled: also for those of a particle filter.

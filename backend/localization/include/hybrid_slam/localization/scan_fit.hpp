@@ -31,7 +31,7 @@ struct ScanFit {
     double unmapped = 0.0;   ///< end in the open: things the map does not have
     double unknown = 0.0;    ///< end where the map knows nothing
     double rms = 0.0;        ///< metres across the walls, of those explained
-    /// 0 to 1: 1 when all that the map can judge is explained, 0 when violations outweigh it.
+    /// 0 to 1: 1 when all is explained, 0 when violations outweigh it; unknown counts half.
     double score = 0.0;
 };
 
