@@ -93,9 +93,9 @@ struct TrackErrors {
     bool is_honest() const { return mean_nees() >= 1.0 && mean_nees() <= 6.0; }
     std::string text() const {
         return fmt::format(
-            "{:.2f} cm / {:.3f} deg RMSE, worst {:.2f} cm, NEES {:.2f} (3, or 0.75 to 12 for "
-            "sigmas within a factor of 2), unknown at "
-            "first {} scans, lost {} times, jumps {}",
+            "{:.2f} cm / {:.3f} deg RMSE, worst {:.2f} cm, NEES {:.2f} (3 is honest, 1 to 6 "
+            "asked), "
+            "unknown at first {} scans, lost {} times, jumps {}",
             rmse_cm(), rmse_deg(), 100.0 * worst, mean_nees(), unknown, lost, jumps);
     }
 };
