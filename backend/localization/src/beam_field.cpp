@@ -9,7 +9,7 @@ namespace hybrid_slam {
 namespace {
 
 constexpr double kSigma = 0.1;         // metres
-constexpr double kUnknown = 0.5;       // likelihood of what ends there
+constexpr double kUnknown = 0.3;       // likelihood of what ends there
 constexpr double kHalfSpacing = 0.05;  // metres along a wall between points of the map
 constexpr double kMostSquared = 2.0 * ReferenceMap::kNear * ReferenceMap::kNear;
 // Factors, each above 1e-4, whose product does not underflow: one logarithm for so many beams.

@@ -217,7 +217,7 @@ void Localizer::State::track(Scan& scan) {
 void Localizer::State::look_up(Scan& scan) {
     const LocalizationResult& result = scan.result;
     // What ends where the map knows nothing does not speak against the pose: the map ends there.
-    const double level = result.fit.explained - result.fit.violated + result.fit.unknown;
+    const double level = result.fit.explained - result.fit.against() + result.fit.unknown;
     if (result.fit.points == 0 || !doubt.is_due(result.stamp, level)) {
         return;
     }

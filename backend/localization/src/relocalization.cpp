@@ -267,7 +267,7 @@ Relocalization Relocalizer::judge(std::vector<Place> places) const {
     result.places = distinct(std::move(places), config_);
     const auto fits = [this](const Place& place) {
         return place.fit.explained >= config_.min_explained &&
-               place.fit.violated <= config_.max_violated;
+               place.fit.against() <= config_.max_violated;
     };
     const auto misfits = std::stable_partition(result.places.begin(), result.places.end(), fits);
     if (misfits == result.places.begin()) {
@@ -278,7 +278,7 @@ Relocalization Relocalizer::judge(std::vector<Place> places) const {
     const double least = best - config_.margin - config_.doubt * (1.0 - best);
     const auto is_possible = [least](const Place& place) {
         const ScanFit& fit = place.fit;
-        return std::max(fit.score, fit.explained - fit.violated + kUnknownMay * fit.unknown) >=
+        return std::max(fit.score, fit.explained - fit.against() + kUnknownMay * fit.unknown) >=
                least;
     };
     const auto others =

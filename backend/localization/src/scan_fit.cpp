@@ -131,6 +131,7 @@ ScanFit fit_of(const ReferenceMap& map, const Query& query, const Pose2d& map_fr
     const std::size_t stride = (fit.points + kMostRays - 1) / kMostRays;
     std::array<double, 4> counts{};
     double judged = 0.0;
+    double beyond = 0.0;
     double across2 = 0.0;
     std::size_t next = 0;
     for (const Sweep& sweep : query) {
@@ -141,6 +142,7 @@ ScanFit fit_of(const ReferenceMap& map, const Query& query, const Pose2d& map_fr
             double squared = 0.0;
             End end = judge.end_of(point, rotation * sweep.surface.normals[next], squared);
             if (end != End::kViolated && judge.passes_wall(origin, point)) {
+                beyond += end == End::kExplained ? 1.0 : 0.0;
                 end = End::kViolated;
             }
             across2 += end == End::kExplained ? squared : 0.0;
@@ -152,11 +154,12 @@ ScanFit fit_of(const ReferenceMap& map, const Query& query, const Pose2d& map_fr
     const auto share = [&](End end) { return counts[static_cast<std::size_t>(end)] / judged; };
     fit.explained = share(End::kExplained);
     fit.violated = share(End::kViolated);
+    fit.beyond = beyond / judged;
     fit.unmapped = share(End::kUnmapped);
     fit.unknown = share(End::kUnknown);
     fit.rms = fit.explained > 0.0 ? std::sqrt(across2 / (fit.explained * judged)) : 0.0;
     // What ends where the map knows nothing is half a reason to doubt.
-    fit.score = std::max(0.0, (fit.explained - fit.violated) / (1.0 - 0.5 * fit.unknown));
+    fit.score = std::clamp((fit.explained - fit.against()) / (1.0 - 0.5 * fit.unknown), 0.0, 1.0);
     return fit;
 }
 

@@ -52,12 +52,26 @@ TEST(ScanFit, NoPointsSayNothing) {
 
 /// From beyond the inner wall what is seen of the left half would have been seen through it.
 TEST(ScanFit, WallsSeenThroughAreViolations) {
+    World longer;
+    add_outline(longer, {{-9, -3}, {4, -3}, {4, 3}, {-9, 3}});
+    const Pose2d pose(3.0, -1.5, kPi);
+    const ScanFit fit = fit_of(room_map(), seen_from(longer, pose), pose);
+    EXPECT_GT(fit.violated, 0.2);
+    EXPECT_LT(fit.score, 0.7);
+    EXPECT_NEAR(sum_of(fit), 1.0, 1e-12);
+}
+
+/// The inner wall is gone: it is seen through, but all that is behind it is at its place.
+TEST(ScanFit, AnOpenDoorIsNoOtherPlace) {
     World empty;
     add_outline(empty, {{-4, -3}, {4, -3}, {4, 3}, {-4, 3}});
     const Pose2d pose(3.0, -1.5, kPi);
     const ScanFit fit = fit_of(room_map(), seen_from(empty, pose), pose);
     EXPECT_GT(fit.violated, 0.2);
-    EXPECT_LT(fit.score, 0.6);
+    EXPECT_GT(fit.beyond, 0.8 * fit.violated);
+    EXPECT_LT(fit.against(), 0.0);
+    EXPECT_GT(fit.score, 0.7);
+    EXPECT_LT(fit.score, 0.95);
     EXPECT_NEAR(sum_of(fit), 1.0, 1e-12);
 }
 

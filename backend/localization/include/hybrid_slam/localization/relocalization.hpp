@@ -30,11 +30,11 @@ struct RelocalizationConfig {
     int max_places = 100;        ///< looked at closely
     double min_score = 0.35;     ///< of the search, for a place to be looked at
     double min_explained = 0.6;  ///< share of the beams, below which the vehicle is elsewhere
-    double max_violated = 0.15;  ///< share of beams through walls, above which it is elsewhere
+    double max_violated = 0.15;  ///< ScanFit::against, above which the vehicle is elsewhere
     /// A place is ambiguous with those whose score comes as near to its own as
     /// margin + doubt (1 - its score).
     double margin = 0.05;
-    double doubt = 0.25;
+    double doubt = 0.2;
     double apart = 0.5;                  ///< metres between two places that are really two, or
     double apart_angle = radians(15.0);  ///< radians
 };

@@ -28,11 +28,18 @@ struct ScanFit {
     std::size_t points = 0;  ///< of the query; 0: it was blind
     double explained = 0.0;  ///< end at a wall of the map
     double violated = 0.0;   ///< went through a wall of the map, or end inside of one
-    double unmapped = 0.0;   ///< end in the open: things the map does not have
-    double unknown = 0.0;    ///< end where the map knows nothing
-    double rms = 0.0;        ///< metres across the walls, of those explained
-    /// 0 to 1: 1 when all is explained, 0 when violations outweigh it; unknown counts half.
+    /// Of the violated: those that end at another wall. By chance few do: a door is open.
+    double beyond = 0.0;
+    double unmapped = 0.0;  ///< end in the open: things the map does not have
+    double unknown = 0.0;   ///< end where the map knows nothing
+    double rms = 0.0;       ///< metres across the walls, of those explained
+    /// 0 to 1: 1 when all is explained, 0 when what is against() it outweighs that; unknown counts
+    /// half.
     double score = 0.0;
+
+    /// Share that speaks against the pose: walls that are seen through, but what is seen beyond at
+    /// its proper place half speaks for it. May be negative.
+    double against() const { return violated - 1.5 * beyond; }
 };
 
 /// `gate` (metres): how far from a wall a point may end to be explained by it.
