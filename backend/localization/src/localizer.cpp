@@ -45,6 +45,23 @@ std::optional<Place> place_of(const Relocalization& found) {
                                                  : std::nullopt;
 }
 
+/// Of the places that score more than `least`, the one close by.
+std::optional<Place> nearest_to(const Pose2d& pose, const std::vector<Place>& places,
+                                double least) {
+    std::optional<Place> nearest;
+    double nearest_way = kCloseBy;
+    for (const Place& place : places) {
+        const Pose2d apart = between(pose, place.map_from_robot);
+        const double way = apart.translation.norm();
+        if (place.fit.score > least && way < nearest_way &&
+            std::abs(apart.heading) < kCloseByAngle) {
+            nearest = place;
+            nearest_way = way;
+        }
+    }
+    return nearest;
+}
+
 /// Several places are possible, or more may be than were looked at.
 bool is_open(const Relocalization& found) {
     return !found.places.empty() && (found.verdict == PlaceVerdict::kAmbiguous ||
@@ -94,8 +111,6 @@ struct Localizer::State {
     void track_from(const PoseBelief& known, Scan& scan);
     void track(Scan& scan);
     void look_up(Scan& scan);
-    std::optional<Place> nearest_to(const Pose2d& pose, const std::vector<Place>& places,
-                                    double least) const;
     bool is_nowhere(const Relocalization& found, const Scan& scan);
     void lose(Scan& scan);
     void look_around(Scan& scan);
@@ -236,24 +251,6 @@ void Localizer::State::look_up(Scan& scan) {
                is_nowhere(found, scan)) {
         lose(scan);
     }
-}
-
-/// Of the places that score more than `least`, the one close by.
-std::optional<Place> Localizer::State::nearest_to(const Pose2d& pose,
-                                                  const std::vector<Place>& places,
-                                                  double least) const {
-    std::optional<Place> nearest;
-    double nearest_way = kCloseBy;
-    for (const Place& place : places) {
-        const Pose2d apart = between(pose, place.map_from_robot);
-        const double way = apart.translation.norm();
-        if (place.fit.score > least && way < nearest_way &&
-            std::abs(apart.heading) < kCloseByAngle) {
-            nearest = place;
-            nearest_way = way;
-        }
-    }
-    return nearest;
 }
 
 /// Whether all looks of the last metres say that this is not in the map, while the pose sees
