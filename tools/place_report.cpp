@@ -158,8 +158,7 @@ std::string text_of(const Relocalization& relocalization) {
         case PlaceVerdict::kUnfinished:
             return with_places(
                 "unfinished the effort ran out, or more places look alike than were looked at: as "
-                "good "
-                "as ambiguous; drive a little (--drive), or raise relocalization.max_nodes",
+                "good as ambiguous; drive a little (--drive), or raise relocalization.max_nodes",
                 places);
         case PlaceVerdict::kNotInMap:
             break;

@@ -94,8 +94,7 @@ struct TrackErrors {
     std::string text() const {
         return fmt::format(
             "{:.2f} cm / {:.3f} deg RMSE, worst {:.2f} cm, NEES {:.2f} (3 is honest, 1 to 6 "
-            "asked), "
-            "unknown at first {} scans, lost {} times, jumps {}",
+            "asked), unknown at first {} scans, lost {} times, jumps {}",
             rmse_cm(), rmse_deg(), 100.0 * worst, mean_nees(), unknown, lost, jumps);
     }
 };

@@ -73,11 +73,10 @@ double score_of(const Relocalization& found) {
     if (found.places.empty() || found.verdict == PlaceVerdict::kNotInMap) {
         return 0.0;
     }
-    // What was not looked at counts as one more.
-    const std::size_t possible = found.verdict == PlaceVerdict::kFound ? 1
-                                 : found.verdict == PlaceVerdict::kUnfinished
-                                     ? found.places.size() + 1
-                                     : found.places.size();
+    std::size_t possible = found.verdict == PlaceVerdict::kFound ? 1 : found.places.size();
+    if (found.verdict == PlaceVerdict::kUnfinished) {
+        ++possible;  // what was not looked at
+    }
     return found.places.front().fit.score / static_cast<double>(possible);
 }
 

@@ -25,8 +25,8 @@ Eigen::Matrix3d floor_of(const Pose2d& motion) {
 
 /// Along a corridor, the noise of normals ties a scan to the local map and holds it back against
 /// all but a sure prior. The error goes one way from scan to scan, so that distances add up, not
-/// variances. Metres, along icp.weak_direction.
-double slip_of(const OdometryResult& now) {
+/// variances. Metres, along icp.weak_direction, of the way in local since the scan before.
+double slip_of(const OdometryResult& now, const Point2& way) {
     constexpr double kWeak = 0.25;      // ratio, as of a wall at the end seen by 6 % of the beams
     constexpr double kUnledSlip = 0.5;  // share of the way
     constexpr double kVisualSlip = 0.02;
@@ -34,10 +34,8 @@ double slip_of(const OdometryResult& now) {
         return 0.0;
     }
     const double share = now.prior_used == PriorKind::kVisual ? kVisualSlip : kUnledSlip;
-    const Pose2d local_from_before = now.local_from_robot * now.before_from_now.inverse();
-    const double along = std::abs(now.icp.weak_direction.dot(now.local_from_robot.translation -
-                                                             local_from_before.translation));
-    return (1.0 - now.icp.weakness_ratio / kWeak) * share * along;
+    return (1.0 - now.icp.weakness_ratio / kWeak) * share *
+           std::abs(now.icp.weak_direction.dot(way));
 }
 
 }  // namespace
@@ -71,11 +69,11 @@ void OdometrySince::pass(const OdometryResult& now, bool is_node) {
 }
 
 OdometrySince::Doubt OdometrySince::carried_to(const OdometryResult& now) const {
+    const Point2 way = now.local_from_robot.translation - local_from_before_.translation;
     Doubt doubt;
-    doubt.until_keyframe = swung(doubt_.until_keyframe,
-                                 now.local_from_robot.translation - local_from_before_.translation);
-    doubt.slip =
-        doubt_.slip + slip_of(now) * now.icp.weak_direction * now.icp.weak_direction.transpose();
+    doubt.until_keyframe = swung(doubt_.until_keyframe, way);
+    doubt.slip = doubt_.slip +
+                 slip_of(now, way) * now.icp.weak_direction * now.icp.weak_direction.transpose();
     return doubt;
 }
 

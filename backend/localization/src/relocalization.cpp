@@ -181,7 +181,7 @@ void describe(ConfigSchema& schema, RelocalizationConfig& config) {
     schema.add("min_explained", config.min_explained, 0.0, 1.0,
                "share of the beams that the map must explain");
     schema.add("max_violated", config.max_violated, 0.0, 1.0,
-               "share of the beams that may have gone through walls");
+               "share of the beams that may have gone through walls, but to other walls");
     schema.add("margin", config.margin, 0.0, 1.0,
                "of the score; places as near as this to the best are as good");
     schema.add("doubt", config.doubt, 0.0, 1.0,
