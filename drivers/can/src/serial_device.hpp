@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace hybrid_slam {
+
+/// A serial device with raw bytes, for this process alone. Nothing here waits.
+class SerialDevice {
+  public:
+    /// Drops what the device had received. Throws Error with `name`.
+    SerialDevice(const std::string& device, int baud, const std::string& name);
+    ~SerialDevice();
+    SerialDevice(const SerialDevice&) = delete;
+    SerialDevice& operator=(const SerialDevice&) = delete;
+
+    int descriptor() const { return descriptor_; }
+
+    /// What is there; empty when nothing is. Throws Error when the device is gone.
+    std::string read();
+
+    /// How many of the bytes the device took. Throws Error when it is gone.
+    std::size_t write(const std::string& bytes);
+
+    /// Bytes that were taken but did not leave yet, where the driver knows.
+    std::size_t unsent() const;
+
+    void forget_unsent() const;
+
+  private:
+    void set_up(int baud) const;
+
+    std::string name_;
+    int descriptor_ = -1;
+};
+
+}  // namespace hybrid_slam

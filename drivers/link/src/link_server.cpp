@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid_slam/link/link_server.hpp"
+
+#include <asio/io_context.hpp>
+#include <asio/ip/tcp.hpp>
+#include <asio/post.hpp>
+#include <asio/steady_timer.hpp>
+#include <chrono>
+#include <exception>
+#include <thread>
+#include <utility>
+
+#include "connection.hpp"
+#include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/link/codec.hpp"
+#include "socket_options.hpp"
+
+namespace hybrid_slam {
+namespace {
+
+using asio::ip::tcp;
+
+/// Connections beyond the clients: those that have not said who they are, or are being told no.
+constexpr std::size_t kMostStrangers = 32;
+constexpr double kAcceptPause = 0.1;  // s, when the system is out of sockets
+
+LinkServerConfig checked(LinkServerConfig config) {
+    ConfigSchema schema;
+    describe(schema, config);  // throws for values out of their ranges
+    if (config.token.find_first_of(" \t\r\n") != std::string::npos || config.token == "-") {
+        throw Error("token: must be one word");  // the text form could not say it
+    }
+    return config;
+}
+
+tcp::acceptor listen(asio::io_context& context, const std::string& text) {
+    const Endpoint endpoint = parse_endpoint(text);
+    std::error_code error;
+    tcp::resolver resolver(context);
+    const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port),
+                                        tcp::resolver::passive, error);
+    tcp::acceptor acceptor(context);
+    if (!error) {
+        const tcp::endpoint address = found.begin()->endpoint();
+        acceptor.open(address.protocol(), error);
+        if (!error) {
+            acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+            acceptor.bind(address, error);
+        }
+        if (!error) {
+            acceptor.listen(tcp::acceptor::max_listen_connections, error);
+        }
+    }
+    if (error) {
+        throw Error(endpoint.text() + ": cannot listen: " + error.message());
+    }
+    return acceptor;
+}
+
+Endpoint endpoint_of(const tcp::acceptor& acceptor) {
+    std::error_code ignored;
+    const tcp::endpoint local = acceptor.local_endpoint(ignored);
+    return {local.address().to_string(), local.port()};
+}
+
+}  // namespace
+
+double link_clock() {
+    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration<double>(since_boot).count();
+}
+
+struct LinkServer::Impl {
+    explicit Impl(const LinkServerConfig& config)
+        : shared(checked(config)),
+          acceptor(listen(context, shared.config.listen)),
+          local(endpoint_of(acceptor)),
+          pause(context),
+          thread([this] { run(); }) {}
+
+    ~Impl() {
+        context.stop();
+        thread.join();
+        shared.connections.clear();  // their sockets need the context
+    }
+
+    void run() {
+        accept();
+        while (!context.stopped()) {
+            try {
+                context.run();
+            } catch (const std::exception&) {
+                // No memory, at worst, for what one handler was to do: the next ones may have it.
+                continue;
+            }
+        }
+    }
+
+    void accept() {
+        acceptor.async_accept([this](std::error_code error, tcp::socket socket) {
+            if (error) {
+                pause.expires_after(nanoseconds(kAcceptPause));
+                pause.async_wait([this](std::error_code) { accept(); });
+                return;
+            }
+            accept();
+            take(std::move(socket));
+        });
+    }
+
+    void take(tcp::socket socket) {
+        const auto admitted = static_cast<std::size_t>(shared.admitted);
+        if (shared.connections.size() - admitted >= kMostStrangers) {
+            shared.count([](LinkServerCounts& counts) { ++counts.turned_away; });
+            return;
+        }
+        const std::uint64_t id = ++last_id;
+        const auto connection = std::make_shared<Connection>(std::move(socket), id, shared);
+        shared.connections.emplace(id, connection);
+        connection->start();
+    }
+
+    void publish(StatusLines lines) {
+        shared.last_status = std::move(lines);
+        for (const auto& each : shared.connections) {
+            each.second->publish(shared.last_status);
+        }
+    }
+
+    ServerShared shared;
+    asio::io_context context{1};
+    tcp::acceptor acceptor;
+    Endpoint local;
+    asio::steady_timer pause;
+    std::uint64_t last_id = 0;
+    std::thread thread;
+};
+
+LinkServer::LinkServer(const LinkServerConfig& config) : impl_(std::make_unique<Impl>(config)) {}
+
+LinkServer::~LinkServer() = default;
+
+Endpoint LinkServer::endpoint() const {
+    return impl_->local;
+}
+
+std::vector<LinkEvent> LinkServer::events(double timeout) {
+    return impl_->shared.events.take(timeout);
+}
+
+void LinkServer::publish(const LinkStatus& status) {
+    const ServerMessage message = status;
+    StatusLines lines;
+    lines.json = std::make_shared<const std::string>(encode_json(message) + "\n");
+    lines.text = std::make_shared<const std::string>(encode_text(message) + "\n");
+    asio::post(impl_->context, [impl = impl_.get(), lines = std::move(lines)]() mutable {
+        impl->publish(std::move(lines));
+    });
+}
+
+LinkServerCounts LinkServer::counts() const {
+    LinkServerCounts counts;
+    impl_->shared.count([&counts](LinkServerCounts& current) { counts = current; });
+    counts.poses_dropped = impl_->shared.events.poses_dropped();
+    return counts;
+}
+
+}  // namespace hybrid_slam
