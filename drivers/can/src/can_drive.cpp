@@ -53,17 +53,22 @@ void describe(ConfigSchema& schema, CanDriveConfig& config) {
 
 /// What the thread and its callers share. The bus and the codec are the thread's alone.
 struct CanDrive::Shared {
-    Shared(std::unique_ptr<CanBus> the_bus, const CanDriveConfig& how, const VehicleConfig& vehicle)
+    Shared(std::unique_ptr<CanBus> the_bus, const CanDriveConfig& how, const VehicleConfig& vehicle,
+           Clock clock)
         : bus(std::move(the_bus)),
           codec(make_drive_codec(how.layout, vehicle)),
           config(how),
+          now(std::move(clock)),
           watchdog(how.command_valid, how.release_after) {}
 
     void run();
+    void step();
     void cycle();
+    void take(const std::optional<CanFrame>& frame);
+    void say_goodbye();
     void listen(double until);
-    CommandWatchdog::Order order(double now);
-    std::string obstacle(double now) const;
+    CommandWatchdog::Order order(double time);
+    std::string obstacle(double time) const;
     bool send(const std::vector<CanFrame>& frames) const;
     bool ended() const;
     void finish(const std::string& fault);
@@ -71,6 +76,8 @@ struct CanDrive::Shared {
     std::unique_ptr<CanBus> bus;
     std::unique_ptr<DriveCodec> codec;
     CanDriveConfig config;
+    Clock now;
+    bool power_was_on = true;  // as far as the truck may think
     double last_start = -HUGE_VAL;
 
     mutable std::mutex mutex;
@@ -78,6 +85,7 @@ struct CanDrive::Shared {
     CanDriveStatus status;
     double last_feedback = -HUGE_VAL;
     bool end = false;
+    bool silent = false;
 
     std::thread thread;  // last: everything else is there when it begins
 };
@@ -88,22 +96,22 @@ bool CanDrive::Shared::ended() const {
 }
 
 /// Why a command must not be obeyed now; empty when it may.
-std::string CanDrive::Shared::obstacle(double now) const {
+std::string CanDrive::Shared::obstacle(double time) const {
     if (!bus->hears()) {
         return "";
     }
-    if (!(now - last_feedback <= config.feedback_valid)) {
+    if (!(time - last_feedback <= config.feedback_valid)) {
         return "the truck is silent";
     }
     return status.feedback.faulty() ? fault_text(status.feedback) : "";
 }
 
-CommandWatchdog::Order CanDrive::Shared::order(double now) {
+CommandWatchdog::Order CanDrive::Shared::order(double time) {
     const std::lock_guard<std::mutex> lock(mutex);
-    CommandWatchdog::Order order = watchdog.order(now);
+    CommandWatchdog::Order order = watchdog.order(time);
     status.reason.clear();
     if (order.state == CanDriveState::kDriving) {
-        status.reason = obstacle(now);
+        status.reason = obstacle(time);
         if (!status.reason.empty()) {
             order.state = CanDriveState::kHeld;
             order.command.speed = 0.0;
@@ -123,32 +131,53 @@ bool CanDrive::Shared::send(const std::vector<CanFrame>& frames) const {
 }
 
 void CanDrive::Shared::cycle() {
-    const double now = seconds_now();
-    bool silent = false;
+    const double time = now();
+    bool truck_is_silent = false;
+    bool must_be_silent = false;
     {
         const std::lock_guard<std::mutex> lock(mutex);
-        silent = !(now - last_feedback <= config.feedback_valid);
+        truck_is_silent = !(time - last_feedback <= config.feedback_valid);
+        must_be_silent = silent;
+    }
+    const CommandWatchdog::Order wanted = order(time);
+    if (must_be_silent && !wanted.enabled && !power_was_on) {
+        return;
     }
     const bool first = std::isinf(last_start);
-    if (silent && (first || (bus->hears() && now - last_start >= kStartAgain))) {
-        last_start = now;
+    if (truck_is_silent && (first || (bus->hears() && time - last_start >= kStartAgain))) {
+        last_start = time;
         send(codec->start());
     }
-    const CommandWatchdog::Order wanted = order(now);
-    send(codec->encode(wanted.command, wanted.enabled));
+    const bool sent = send(codec->encode(wanted.command, wanted.enabled));
+    power_was_on = wanted.enabled || !sent;
+}
+
+void CanDrive::Shared::take(const std::optional<CanFrame>& frame) {
+    const auto feedback = frame ? codec->decode(*frame) : std::nullopt;
+    const std::lock_guard<std::mutex> lock(mutex);
+    status.counts = bus->counts();
+    if (feedback) {
+        status.feedback = *feedback;
+        last_feedback = now();
+    }
 }
 
 void CanDrive::Shared::listen(double until) {
-    for (double left = until - seconds_now(); left > 0.0 && bus->fault().empty();
-         left = until - seconds_now()) {
-        const std::optional<CanFrame> frame = bus->receive(left);
-        const auto feedback = frame ? codec->decode(*frame) : std::nullopt;
-        const std::lock_guard<std::mutex> lock(mutex);
-        status.counts = bus->counts();
-        if (feedback) {
-            status.feedback = *feedback;
-            last_feedback = seconds_now();
-        }
+    for (double left = until - now(); left > 0.0 && bus->fault().empty(); left = until - now()) {
+        take(bus->receive(left));
+    }
+}
+
+void CanDrive::Shared::step() {
+    while (const std::optional<CanFrame> frame = bus->receive(0.0)) {
+        take(frame);
+    }
+    if (bus->fault().empty()) {
+        cycle();
+    }
+    take(std::nullopt);
+    if (!bus->fault().empty()) {
+        finish(bus->fault());
     }
 }
 
@@ -162,33 +191,46 @@ void CanDrive::Shared::finish(const std::string& fault) {
 
 void CanDrive::Shared::run() {
     try {
-        double next = seconds_now();
+        double next = now();
         while (!ended() && bus->fault().empty()) {
             cycle();
             // After a hold-up the rhythm begins anew; what was missed is not made up for.
-            next = std::max(next + 1.0 / config.rate, seconds_now());
+            next = std::max(next + 1.0 / config.rate, now());
             listen(next);
         }
-        double steering = 0.0;
-        {
-            const std::lock_guard<std::mutex> lock(mutex);
-            steering = status.sent.steering;
-        }
-        send(codec->encode({0.0, steering}, true));
-        send(codec->encode({}, false));
+        say_goodbye();
         finish(bus->fault());
     } catch (const std::exception& error) {
         finish(error.what());
     }
 }
 
+void CanDrive::Shared::say_goodbye() {
+    double steering = 0.0;
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        steering = status.sent.steering;
+    }
+    if (power_was_on) {
+        send(codec->encode({0.0, steering}, true));
+        send(codec->encode({}, false));
+    }
+}
+
 CanDrive::CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,
-                   const VehicleConfig& vehicle)
-    : shared_(std::make_unique<Shared>(std::move(bus), in_range(config), vehicle)) {
-    shared_->thread = std::thread([this] { shared_->run(); });
+                   const VehicleConfig& vehicle, Clock clock)
+    : shared_(std::make_unique<Shared>(std::move(bus), in_range(config), vehicle,
+                                       clock ? clock : Clock(seconds_now))) {
+    if (!clock) {
+        shared_->thread = std::thread([this] { shared_->run(); });
+    }
 }
 
 CanDrive::~CanDrive() {
+    if (!shared_->thread.joinable()) {
+        shared_->say_goodbye();
+        return;
+    }
     {
         const std::lock_guard<std::mutex> lock(shared_->mutex);
         shared_->end = true;
@@ -200,21 +242,30 @@ void CanDrive::set_command(const DriveCommand& command) {
     const bool finite = std::isfinite(command.speed) && std::isfinite(command.steering);
     const std::lock_guard<std::mutex> lock(shared_->mutex);
     if (!finite) {
-        shared_->watchdog.stop(seconds_now());
+        shared_->watchdog.stop(shared_->now());
         throw Error("drive command: speed and steering must be finite");
     }
-    shared_->watchdog.set(command, seconds_now());
+    shared_->watchdog.set(command, shared_->now());
 }
 
 void CanDrive::stop() {
     const std::lock_guard<std::mutex> lock(shared_->mutex);
-    shared_->watchdog.stop(seconds_now());
+    shared_->watchdog.stop(shared_->now());
+}
+
+void CanDrive::set_silent(bool silent) {
+    const std::lock_guard<std::mutex> lock(shared_->mutex);
+    shared_->silent = silent;
+}
+
+void CanDrive::step() {
+    shared_->step();
 }
 
 CanDriveStatus CanDrive::status() const {
     const std::lock_guard<std::mutex> lock(shared_->mutex);
     CanDriveStatus status = shared_->status;
-    status.feedback_age = seconds_now() - shared_->last_feedback;
+    status.feedback_age = shared_->now() - shared_->last_feedback;
     return status;
 }
 

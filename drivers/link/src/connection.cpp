@@ -231,8 +231,20 @@ void Connection::say(const ServerMessage& message) {
 }
 
 void Connection::publish(const StatusLines& lines) {
-    if (stage_ == Stage::kAdmitted && role_ != LinkRole::kPose) {
+    if (stage_ == Stage::kAdmitted) {
         enqueue(is_text_ ? lines.text : lines.json);
+    }
+}
+
+void Connection::tell_source(const ServerMessage& message) {
+    if (stage_ == Stage::kAdmitted && role_ == LinkRole::kPose) {
+        say(message);
+    }
+}
+
+void Connection::object(const std::string& reason) {
+    if (stage_ == Stage::kAdmitted) {
+        say(LinkRefusal{reason});
     }
 }
 

@@ -54,6 +54,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
     void start();
     void publish(const StatusLines& lines);
+    void tell_source(const ServerMessage& message);
+    /// The line was good, but what it asks for is not done.
+    void object(const std::string& reason);
 
   private:
     enum class Stage { kNew, kAdmitted, kLeaving, kClosed };

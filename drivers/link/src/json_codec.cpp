@@ -34,11 +34,9 @@ struct ToJson {
 
     Json operator()(const LinkPose& pose) const {
         check(pose);
-        Json json = {{"type", "pose"},
-                     {"stamp", pose.stamp},
-                     {"status", word_of(kPoseStatusWords, pose.status)},
-                     {"score", pose.score},
-                     {"protective", pose.is_protective}};
+        Json json = {{"type", "pose"},      {"stamp", pose.stamp},
+                     {"age", pose.age},     {"status", word_of(kPoseStatusWords, pose.status)},
+                     {"score", pose.score}, {"protective", pose.is_protective}};
         put_text(json, "map", pose.map);
         if (pose.is_known()) {
             put_pose(json, pose.map_from_robot);
@@ -72,6 +70,13 @@ struct ToJson {
             return {{"type", "mode"}, {"mode", is_manual ? "manual" : "automatic"}};
         }
         return {{"type", word_of(kCommandTypes, command)}};
+    }
+
+    Json operator()(const LinkInitialPose& pose) const {
+        check(pose);
+        Json json = {{"type", "initial_pose"}};
+        put_pose(json, pose.map_from_robot);
+        return json;
     }
 
     Json operator()(const LinkWelcome& welcome) const {
@@ -163,6 +168,7 @@ LinkHello read_hello(const JsonFields& fields) {
 LinkPose read_pose_message(const JsonFields& fields) {
     LinkPose pose;
     pose.stamp = fields.number("stamp");
+    pose.age = fields.maybe_number("age").value_or(0.0);
     pose.map = fields.maybe_text("map");
     pose.status = fields.word("status", kPoseStatusWords);
     pose.score = fields.maybe_number("score").value_or(0.0);
@@ -175,6 +181,13 @@ LinkPose read_pose_message(const JsonFields& fields) {
     pose.clear_behind = fields.maybe_number("clear_behind");
     check(pose);
     normalize(pose);
+    return pose;
+}
+
+LinkInitialPose read_initial_pose(const JsonFields& fields) {
+    LinkInitialPose pose{read_pose(fields)};
+    check(pose);
+    pose.map_from_robot.heading = normalize_angle(pose.map_from_robot.heading);
     return pose;
 }
 
@@ -257,6 +270,9 @@ ClientMessage decode_client_json(std::string_view line) {
         const bool is_manual = fields.word("mode", kModeWords) == LinkMode::kManual;
         return is_manual ? LinkCommand::kManual : LinkCommand::kAutomatic;
     }
+    if (type == "initial_pose") {
+        return read_initial_pose(fields);
+    }
     for (const auto& [name, command] : kCommandTypes) {
         if (type == name) {
             return command;
@@ -277,6 +293,9 @@ ServerMessage decode_server_json(std::string_view line) {
     }
     if (type == "error") {
         return LinkRefusal{fields.text("reason")};
+    }
+    if (type == "initial_pose") {
+        return read_initial_pose(fields);
     }
     refuse_type(type);
 }

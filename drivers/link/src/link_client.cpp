@@ -126,6 +126,10 @@ bool LinkClient::send(LinkCommand command) {
     return impl_->send_order(command);
 }
 
+bool LinkClient::send(const LinkInitialPose& pose) {
+    return impl_->send_order(pose);
+}
+
 bool LinkClient::wait_connected(double timeout) {
     return impl_->mailbox.wait_connected(timeout);
 }

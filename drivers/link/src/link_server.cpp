@@ -158,6 +158,25 @@ void LinkServer::publish(const LinkStatus& status) {
     });
 }
 
+void LinkServer::publish(const LinkInitialPose& pose) {
+    const ServerMessage message = pose;
+    encode_json(message);  // throws here, where the caller hears it
+    asio::post(impl_->context, [impl = impl_.get(), message] {
+        for (const auto& each : impl->shared.connections) {
+            each.second->tell_source(message);
+        }
+    });
+}
+
+void LinkServer::refuse(std::uint64_t client, const std::string& reason) {
+    asio::post(impl_->context, [impl = impl_.get(), client, reason] {
+        const auto found = impl->shared.connections.find(client);
+        if (found != impl->shared.connections.end()) {
+            found->second->object(reason);
+        }
+    });
+}
+
 LinkServerCounts LinkServer::counts() const {
     LinkServerCounts counts;
     impl_->shared.count([&counts](LinkServerCounts& current) { counts = current; });

@@ -13,6 +13,7 @@ namespace {
 constexpr double kFarthest = 1e6;       // m
 constexpr double kMostTurn = 1000.0;    // rad: what a counter of turns may give, still exact
 constexpr double kLatestStamp = 1e12;   // s
+constexpr double kMostAge = 1e6;        // s
 constexpr double kMostVariance = 1e12;  // m^2, rad^2
 
 /// Refuses what is not a number, too.
@@ -58,6 +59,7 @@ void check(const LinkHello& hello) {
 
 void check(const LinkPose& pose) {
     check_range("stamp", pose.stamp, -kLatestStamp, kLatestStamp);
+    check_range("age", pose.age, -kMostAge, kMostAge);
     check_text("map", pose.map);
     check_range("score", pose.score, 0.0, 1.0);
     if (pose.is_known()) {
@@ -67,6 +69,11 @@ void check(const LinkPose& pose) {
     }
     check_range("clear_ahead", pose.clear_ahead.value_or(0.0), 0.0, kFarthest);
     check_range("clear_behind", pose.clear_behind.value_or(0.0), 0.0, kFarthest);
+}
+
+void check(const LinkInitialPose& pose) {
+    check_place(pose.map_from_robot.x(), pose.map_from_robot.y());
+    check_heading(pose.map_from_robot.heading);
 }
 
 void check(const LinkGoals& goals) {

@@ -14,6 +14,7 @@ inline constexpr std::size_t kMostText = 256;  // bytes of a name, a map or a re
 /// Each throws Error "key: what is wanted" for what may not be on the wire.
 void check(const LinkHello& hello);
 void check(const LinkPose& pose);
+void check(const LinkInitialPose& pose);
 void check(const LinkGoals& goals);
 void check(const LinkStatus& status);
 

@@ -112,6 +112,7 @@ LinkPose read_pose(Reader& reader) {
         throw Error("protective: must be 0 or 1");
     }
     pose.is_protective = protective == "1";
+    pose.age = reader.at_end() ? 0.0 : reader.number("age");
     if (pose.is_known()) {
         if (!x || !y || !heading || !sigma || !sigma_heading) {
             throw Error("x, y, heading and sigmas: must be numbers unless lost or relocalizing");
@@ -140,6 +141,16 @@ LinkGoals read_goal(Reader& reader) {
     return goals;
 }
 
+LinkInitialPose read_initial_pose(Reader& reader) {
+    LinkInitialPose pose;
+    const double x = reader.number("x");
+    const double y = reader.number("y");
+    pose.map_from_robot = {x, y, reader.number("heading")};
+    check(pose);
+    pose.map_from_robot.heading = normalize_angle(pose.map_from_robot.heading);
+    return pose;
+}
+
 ClientMessage read_message(std::string_view kind, Reader& reader) {
     if (kind == kHelloWord) {
         return read_hello(reader);
@@ -163,7 +174,10 @@ ClientMessage read_message(std::string_view kind, Reader& reader) {
         const LinkMode mode = value_of(kModeWords, reader.word("mode"), "mode");
         return mode == LinkMode::kManual ? LinkCommand::kManual : LinkCommand::kAutomatic;
     }
-    throw Error("a line starts with TEXT, P, G, S, H, R or M");
+    if (kind == "I") {
+        return read_initial_pose(reader);
+    }
+    throw Error("a line starts with TEXT, P, G, S, H, R, M or I");
 }
 
 /// Without what would end the line early or steer a terminal.
@@ -195,6 +209,11 @@ struct ToText {
                         status.remaining, pose, status.speed, status.steering);
         const std::string& why = status.fault.empty() ? status.reason : status.fault;
         return why.empty() ? line : line + " " + one_line(why);
+    }
+    std::string operator()(const LinkInitialPose& pose) const {
+        check(pose);
+        const Pose2d& at = pose.map_from_robot;
+        return fmt::format("I {:.3f} {:.3f} {:.4f}", at.x(), at.y(), at.heading);
     }
     std::string operator()(const LinkRefusal& refusal) const {
         return "E " + one_line(refusal.reason);

@@ -16,8 +16,12 @@ void describe(ConfigSchema& schema, RobotConfig& robot) {
         const ConfigSchema::Section section(schema, "camera");
         describe(schema, robot.camera);
     }
-    const ConfigSchema::Section section(schema, "vehicle");
-    describe(schema, robot.vehicle);
+    {
+        const ConfigSchema::Section section(schema, "vehicle");
+        describe(schema, robot.vehicle);
+    }
+    const ConfigSchema::Section section(schema, "can");
+    describe(schema, robot.can);
 }
 
 RobotConfig read_robot(const std::filesystem::path& file) {

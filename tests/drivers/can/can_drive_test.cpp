@@ -155,7 +155,6 @@ TEST(CanDrive, DrivesWhileCommandsComeThenStopsThenReleases) {
     EXPECT_EQ(status.state, CanDriveState::kDriving);
     EXPECT_EQ(status.sent.speed, 0.2);
     EXPECT_EQ(status.reason, "");
-    EXPECT_TRUE(eventually([&] { return drive.status().state == CanDriveState::kStopping; }));
     EXPECT_TRUE(eventually([&] { return drive.status().state == CanDriveState::kOff; }));
     EXPECT_TRUE(eventually([&] { return yard.last() == frame("203#0000000000000000"); }));
     // On the way: speed zero with the interlock on and the wheel where it was (5.73 degrees).
@@ -322,6 +321,95 @@ TEST_P(PulledAdapter, TheTruckStopsByItselfAndTheDriveSaysWhy) {
 
 INSTANTIATE_TEST_SUITE_P(Profiles, PulledAdapter,
                          ::testing::Values(DriveProfile::kCurtis, DriveProfile::kCia402));
+
+/// A bus that forgets nothing and waits for nobody.
+class PatientBus : public CanBus {
+  public:
+    explicit PatientBus(Yard& yard) : yard_(yard) {}
+
+    bool send(const CanFrame& frame) override {
+        yard_.sent.push_back(frame);
+        return true;
+    }
+    std::optional<CanFrame> receive(double /*timeout*/) override {
+        if (yard_.told.empty()) {
+            return std::nullopt;
+        }
+        const CanFrame frame = yard_.told.front();
+        yard_.told.erase(yard_.told.begin());
+        return frame;
+    }
+
+  private:
+    Yard& yard_;
+};
+
+/// A drive, its truck and their clock, all stepped.
+struct SteppedYard {
+    SteppedYard()
+        : drive(std::make_unique<PatientBus>(yard), {}, {}, [this] { return now; }),
+          truck({}, {}, {}, 0.0) {}
+
+    /// Seconds of cycles at 50 Hz; commands are given at each while there is one.
+    void run(double seconds, std::optional<DriveCommand> command) {
+        for (const double end = now + seconds; now < end - 1e-9;) {
+            now += 0.02;
+            if (command) {
+                drive.set_command(*command);
+            }
+            const std::size_t before = yard.sent.size();
+            drive.step();
+            for (std::size_t i = before; i < yard.sent.size(); ++i) {
+                keep(truck.receive(yard.sent[i], now));
+            }
+            keep(truck.advance(now));
+        }
+    }
+    void keep(const std::vector<CanFrame>& frames) {
+        yard.told.insert(yard.told.end(), frames.begin(), frames.end());
+    }
+
+    Yard yard;
+    double now = 0.0;
+    CanDrive drive;
+    TruckCan truck;
+};
+
+TEST(CanDrive, GoesByTheClockThatItIsGiven) {
+    SteppedYard stepped;
+    stepped.run(3.0, DriveCommand{0.3, 0.0});
+    EXPECT_EQ(stepped.drive.status().state, CanDriveState::kDriving);
+    EXPECT_NEAR(stepped.truck.state().speed, 0.3, 0.005);
+    const double driven = stepped.truck.state().world_from_robot.x();
+    stepped.run(1.0, std::nullopt);
+    EXPECT_EQ(stepped.drive.status().state, CanDriveState::kStopping);
+    EXPECT_NEAR(stepped.truck.state().speed, 0.0, 1e-6);
+    // 0.2 s that the command holds, then 0.3 m/s taken off at 0.5 m/s^2 at most.
+    EXPECT_LT(stepped.truck.state().world_from_robot.x() - driven, 0.3 * 0.22 + 0.09 + 0.02);
+    SteppedYard again;
+    again.run(3.0, DriveCommand{0.3, 0.0});
+    again.run(1.0, std::nullopt);
+    EXPECT_TRUE(again.yard.sent == stepped.yard.sent);
+}
+
+TEST(CanDrive, IsSilentWhileOthersDriveButStopsFirst) {
+    SteppedYard stepped;
+    stepped.run(2.0, DriveCommand{0.3, 0.1});
+    stepped.drive.set_silent(true);
+    stepped.drive.stop();
+    stepped.run(0.5, std::nullopt);
+    EXPECT_EQ(stepped.drive.status().state, CanDriveState::kStopping);
+    EXPECT_FALSE(stepped.yard.sent.back() == frame("203#0000000000000000"));
+    stepped.run(1.5, std::nullopt);
+    ASSERT_EQ(stepped.drive.status().state, CanDriveState::kOff);
+    const std::size_t count = stepped.yard.sent.size();
+    EXPECT_EQ(stepped.yard.sent.back().data[0] & 1, 0) << "power is off in the last frame";
+    stepped.run(2.0, std::nullopt);
+    EXPECT_EQ(stepped.yard.sent.size(), count);
+    stepped.drive.set_silent(false);
+    stepped.run(2.0, DriveCommand{0.2, 0.0});
+    EXPECT_NEAR(stepped.truck.state().speed, 0.2, 0.005);
+}
 
 }  // namespace
 }  // namespace hybrid_slam

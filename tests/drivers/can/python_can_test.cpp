@@ -19,13 +19,21 @@ using test::bytes_of;
 using test::frame;
 using test::TempFolder;
 
-int run_python(const std::filesystem::path& script, const std::string& arguments) {
-    return std::system(("python3 '" + script.string() + "' " + arguments).c_str());
+int run_python(const std::string& python, const std::filesystem::path& script,
+               const std::string& arguments) {
+    return std::system((python + " '" + script.string() + "' " + arguments).c_str());
 }
 
-bool has_modules(const TempFolder& folder, const std::string& modules) {
+/// The Python that has the modules: another one than Debian's may come first in PATH, and Debian's
+/// packages are for its own alone. Empty when there is none.
+std::string python_with(const TempFolder& folder, const std::string& modules) {
     const auto script = folder.write("probe.py", "import " + modules + "\n");
-    return run_python(script, "2> /dev/null") == 0;
+    for (const std::string python : {"python3", "/usr/bin/python3"}) {
+        if (run_python(python, script, "2> /dev/null") == 0) {
+            return python;
+        }
+    }
+    return {};
 }
 
 /// A frame a line, as candump spells it without the time.
@@ -52,7 +60,8 @@ std::string lines_of_frames() {
 
 TEST(PythonCan, ReadsOurCandump) {
     const TempFolder folder;
-    if (!has_modules(folder, "can")) {
+    const std::string python = python_with(folder, "can");
+    if (python.empty()) {
         GTEST_SKIP() << "needs python-can, which is not here";
     }
     CanConfig config;
@@ -67,14 +76,16 @@ with open(sys.argv[2], 'w') as out:
         out.write(spell(m) + '\n')
 )");
     const auto out = folder / "read.txt";
-    ASSERT_EQ(run_python(script, "'" + (folder / "sent.log").string() + "' '" + out.string() + "'"),
+    ASSERT_EQ(run_python(python, script,
+                         "'" + (folder / "sent.log").string() + "' '" + out.string() + "'"),
               0);
     EXPECT_EQ(bytes_of(out), lines_of_frames());
 }
 
 TEST(PythonCan, TalksSlcanWithUs) {
     const TempFolder folder;
-    if (!has_modules(folder, "can, serial")) {
+    const std::string python = python_with(folder, "can, serial");
+    if (python.empty()) {
         GTEST_SKIP() << "needs python-can and pyserial, which are not here";
     }
     SlcanTerminal terminal;
@@ -92,9 +103,10 @@ bus.shutdown()
 )");
     const auto out = folder / "heard.txt";
     std::atomic<int> result{-1};
-    std::thread python([&] {
-        result = run_python(script, "'" + terminal.path() + "' '" + out.string() + "' " +
-                                        std::to_string(frames_to_read().size()));
+    std::thread other_end([&] {
+        result = run_python(python, script,
+                            "'" + terminal.path() + "' '" + out.string() + "' " +
+                                std::to_string(frames_to_read().size()));
     });
     std::vector<CanFrame> heard;
     bool spoken = false;
@@ -108,7 +120,7 @@ bus.shutdown()
             }
         }
     }
-    python.join();
+    other_end.join();
     for (int i = 0; i < 10; ++i) {  // its last words
         const std::vector<CanFrame> rest = terminal.receive(0.01);
         heard.insert(heard.end(), rest.begin(), rest.end());

@@ -61,6 +61,7 @@ TEST(JsonCodec, KeepsAPoseToTheBit) {
 TEST(JsonCodec, KeepsAllElseOfAPose) {
     const LinkPose read = client_round_trip(test::some_pose());
     EXPECT_EQ(read.map, "hall");
+    EXPECT_EQ(read.age, 0.07);
     EXPECT_EQ(read.status, LinkPoseStatus::kTracking);
     EXPECT_EQ(read.score, 0.75);
     EXPECT_EQ(read.clear_ahead, 2.5);
@@ -92,6 +93,16 @@ TEST(JsonCodec, KeepsAHello) {
         EXPECT_EQ(read.token, "secret");
         EXPECT_EQ(read.name, "truck \"7\"\n");
     }
+}
+
+TEST(JsonCodec, KeepsAnInitialPoseBothWays) {
+    const LinkInitialPose pose{{1.25, -0.1, 3.0}};
+    EXPECT_EQ(client_round_trip(pose).map_from_robot.translation, pose.map_from_robot.translation);
+    const auto told =
+        std::get<LinkInitialPose>(decode_server_json(encode_json(ServerMessage(pose))));
+    EXPECT_EQ(told.map_from_robot.heading, 3.0);
+    EXPECT_THAT(error_of([] { decode_client_json(R"({"type":"initial_pose","x":1,"y":2})"); }),
+                HasSubstr("heading: is missing"));
 }
 
 TEST(JsonCodec, KeepsGoals) {

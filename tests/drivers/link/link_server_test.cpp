@@ -109,7 +109,7 @@ TEST(LinkServer, HandsOverGoalsAndCommandsInOrder) {
     EXPECT_EQ(std::get<LinkCommand>(cancel->what), LinkCommand::kCancel);
 }
 
-TEST(LinkServer, TellsItsStatusToGoalClientsAndWatchers) {
+TEST(LinkServer, TellsItsStatusToAll) {
     LinkServer server(test::any_port());
     RawSocket poses = connected(server, LinkRole::kPose);
     RawSocket goals = connected(server, LinkRole::kGoal);
@@ -117,13 +117,57 @@ TEST(LinkServer, TellsItsStatusToGoalClientsAndWatchers) {
     RawSocket second = connected(server, LinkRole::kWatch);
     server.publish(test::some_status());
     const std::string line = encode_json(ServerMessage(test::some_status()));
+    EXPECT_EQ(poses.line(), line);
     EXPECT_EQ(goals.line(), line);
     EXPECT_EQ(first.line(), line);
     EXPECT_EQ(second.line(), line);
     RawSocket late = connected(server, LinkRole::kWatch);
     EXPECT_EQ(late.line(), line) << "the last status is told to who comes later";
-    poses.send("x\n");  // its next line is the answer to this, so no status came before
-    EXPECT_THAT(poses.line().value_or(""), HasSubstr("not a JSON object"));
+}
+
+TEST(LinkServer, PassesAnInitialPoseOnToPoseSourcesAlone) {
+    LinkServer server(test::any_port());
+    Events events(server);
+    RawSocket poses = connected(server, LinkRole::kPose);
+    RawSocket goals = connected(server, LinkRole::kGoal);
+    RawSocket plc = RawSocket::connect(server.endpoint().port);
+    plc.send("TEXT 1 pose\n");
+    EXPECT_EQ(plc.line(), "OK 1");
+    const LinkInitialPose pose{{1.5, -2.0, 0.25}};
+    goals.send(encode_json(ClientMessage(pose)) + "\n");
+    const auto asked = events.next_of<LinkInitialPose>();
+    ASSERT_TRUE(asked.has_value());
+    server.publish(*asked);
+    EXPECT_EQ(poses.line(), encode_json(ServerMessage(pose)));
+    EXPECT_EQ(plc.line(), "I 1.500 -2.000 0.2500");
+    goals.send("x\n");  // its next line is the answer to this, so none came before
+    EXPECT_THAT(goals.line().value_or(""), HasSubstr("not a JSON object"));
+    EXPECT_THAT(error_of([&] {
+                    server.publish(LinkInitialPose{{NAN, 0.0, 0.0}});
+                }),
+                HasSubstr("x"));
+}
+
+TEST(LinkServer, TellsOneClientWhatIsNotDone) {
+    LinkServer server(test::any_port());
+    Events events(server);
+    RawSocket asking = connected(server, LinkRole::kGoal);
+    asking.send(encode_json(ClientMessage(test::some_goals())) + "\n");
+    RawSocket other = connected(server, LinkRole::kGoal);
+    std::optional<LinkEvent> event;
+    do {
+        event = events.next();
+    } while (event && !std::holds_alternative<LinkGoals>(event->what));
+    ASSERT_TRUE(event.has_value());
+    server.refuse(event->client, "waypoint 2 cannot be reached");
+    server.refuse(987654, "nobody");
+    EXPECT_EQ(asking.line(),
+              encode_json(ServerMessage(LinkRefusal{"waypoint 2 cannot be reached"})));
+    for (int i = 0; i < 30; ++i) {
+        server.refuse(event->client, "no");  // is no fault of the client: it is not closed
+    }
+    asking.send(encode_json(ClientMessage(LinkCommand::kCancel)) + "\n");
+    EXPECT_TRUE(events.next_of<LinkCommand>().has_value());
 }
 
 TEST(LinkServer, DoesNotPublishWhatIsNoNumber) {

@@ -9,6 +9,7 @@ namespace hybrid_slam::test {
 inline LinkPose some_pose(double stamp = 12.5) {
     LinkPose pose;
     pose.stamp = stamp;
+    pose.age = 0.07;
     pose.map = "hall";
     pose.status = LinkPoseStatus::kTracking;
     pose.map_from_robot = {1.25, -0.1, 3.0};

@@ -43,6 +43,9 @@ TEST(TextCodec, ReadsAPose) {
     EXPECT_EQ(pose.clear_ahead, 2.5);
     EXPECT_FALSE(pose.clear_behind.has_value());
     EXPECT_TRUE(pose.is_protective);
+    EXPECT_EQ(pose.age, 0.0);
+    EXPECT_EQ(read<LinkPose>("P 12.5 1.3 -0.15 0.02 0.03 0.01 tracking 0.9 2.5 - 1 0.08").age,
+              0.08);
 }
 
 TEST(TextCodec, ReadsALostPoseWithoutNumbers) {
@@ -68,6 +71,7 @@ TEST(TextCodec, ReadsCommands) {
     EXPECT_EQ(read<LinkCommand>("R"), LinkCommand::kResume);
     EXPECT_EQ(read<LinkCommand>("M manual"), LinkCommand::kManual);
     EXPECT_EQ(read<LinkCommand>("M automatic"), LinkCommand::kAutomatic);
+    EXPECT_EQ(read<LinkInitialPose>("I 1 2 0.5").map_from_robot.y(), 2.0);
 }
 
 TEST(TextCodec, RefusesWhatItDoesNotKnow) {

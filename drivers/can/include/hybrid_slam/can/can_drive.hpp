@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -45,10 +46,14 @@ struct CanDriveStatus {
 /// so: make a new one.
 class CanDrive {
   public:
-    /// Sends nothing but speed zero and power off until a command comes. Throws Error for a layout
-    /// that does not work.
+    /// Seconds that never go back.
+    using Clock = std::function<double()>;
+
+    /// Sends nothing but speed zero and power off until a command comes. With a clock there is no
+    /// thread: whoever has the clock calls `step` for each cycle. Throws Error for a layout that
+    /// does not work.
     CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,
-             const VehicleConfig& vehicle);
+             const VehicleConfig& vehicle, Clock clock = {});
     /// Sends speed zero, then power off, without waiting for the truck to stand.
     ~CanDrive();
     CanDrive(const CanDrive&) = delete;
@@ -59,8 +64,13 @@ class CanDrive {
     void set_command(const DriveCommand& command);
     /// Speed zero from the next cycle on, with the wheel where it was sent last. Any thread.
     void stop();
+    /// While others drive, by hand: nothing is sent once power has been taken off. Any thread.
+    void set_silent(bool silent);
     /// Any thread.
     CanDriveStatus status() const;
+
+    /// One cycle, of a drive with a clock: takes the frames that came, sends what is due now.
+    void step();
 
   private:
     struct Shared;

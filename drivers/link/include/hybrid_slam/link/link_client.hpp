@@ -58,6 +58,7 @@ class LinkClient {
     /// for goals out of range.
     bool send(const LinkGoals& goals);
     bool send(LinkCommand command);
+    bool send(const LinkInitialPose& pose);
 
     /// Waits until connected, at most `timeout` seconds; whether it is.
     bool wait_connected(double timeout);

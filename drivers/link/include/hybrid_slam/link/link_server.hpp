@@ -41,7 +41,8 @@ struct LinkEvent {
     /// to whole minute from this client. Two computers' clocks cannot be compared, this can: it
     /// tells a pose that was held up on the way, although it came just now.
     double lateness = 0.0;
-    std::variant<LinkConnected, LinkDisconnected, LinkPose, LinkGoals, LinkCommand> what;
+    std::variant<LinkConnected, LinkDisconnected, LinkPose, LinkGoals, LinkCommand, LinkInitialPose>
+        what;
 };
 
 /// Seconds of the steady clock that arrivals are told by.
@@ -75,9 +76,13 @@ class LinkServer {
     /// never dropped: when the queue is full, old poses go first, then clients are refused.
     std::vector<LinkEvent> events(double timeout = 0.0);
 
-    /// To all goal clients and watchers; a later client gets the last one at once. Of what a slow
-    /// reader did not take, the oldest is dropped. Throws Error for numbers that are not finite.
+    /// To all clients; a later one gets the last one at once. Of what a slow reader did not take,
+    /// the oldest is dropped. Throws Error for numbers that are not finite.
     void publish(const LinkStatus& status);
+    /// To all pose sources. Throws Error for numbers that are not finite.
+    void publish(const LinkInitialPose& pose);
+    /// Tells one client that what it asked for is not done; nothing when it is gone.
+    void refuse(std::uint64_t client, const std::string& reason);
 
     LinkServerCounts counts() const;
 

@@ -30,7 +30,8 @@ enum class LinkPoseStatus { kTracking, kDegraded, kLost, kRelocalizing };
 
 /// Where the vehicle is, or that this is not known.
 struct LinkPose {
-    double stamp = 0.0;  ///< s of the sender's steady clock, of the scan that the pose is of
+    double stamp = 0.0;  ///< s of the sender's clock, of the scan that the pose is of
+    double age = 0.0;    ///< s from then until it was given to the network, by the same clock
     std::string map;
     LinkPoseStatus status = LinkPoseStatus::kLost;
     /// This and its covariance (m^2, m rad, rad^2; x, y, heading) mean nothing unless `is_known`:
@@ -62,7 +63,13 @@ struct LinkGoals {
 
 enum class LinkCommand { kCancel, kPause, kResume, kManual, kAutomatic };
 
-using ClientMessage = std::variant<LinkHello, LinkPose, LinkGoals, LinkCommand>;
+/// Somebody says where the vehicle stands: from a goal client to the server, and from there to the
+/// pose sources, which begin anew there.
+struct LinkInitialPose {
+    Pose2d map_from_robot;
+};
+
+using ClientMessage = std::variant<LinkHello, LinkPose, LinkGoals, LinkCommand, LinkInitialPose>;
 
 /// The answer to a good LinkHello.
 struct LinkWelcome {
@@ -72,7 +79,8 @@ struct LinkWelcome {
 enum class LinkMode { kManual, kAutomatic };
 enum class LinkDriveState { kIdle, kDriving, kPaused, kStopped, kArrived, kFault };
 
-/// What the vehicle does. Sent to goal clients and watchers.
+/// What the vehicle does. Sent to all clients: goal clients and watchers show it, a pose source
+/// looks for obstacles where the vehicle steers to.
 struct LinkStatus {
     LinkMode mode = LinkMode::kManual;
     LinkDriveState state = LinkDriveState::kIdle;
@@ -88,11 +96,11 @@ struct LinkStatus {
     double remaining = 0.0;  ///< m of planned way
 };
 
-/// A line was refused, or the connection is.
+/// A line was refused, or what it asked for, or the connection is.
 struct LinkRefusal {
     std::string reason;
 };
 
-using ServerMessage = std::variant<LinkWelcome, LinkStatus, LinkRefusal>;
+using ServerMessage = std::variant<LinkWelcome, LinkStatus, LinkRefusal, LinkInitialPose>;
 
 }  // namespace hybrid_slam

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "hybrid_slam/camera/camera_config.hpp"
+#include "hybrid_slam/can/can_drive.hpp"
 #include "hybrid_slam/core/config.hpp"
 #include "hybrid_slam/lidar/lidar_config.hpp"
 #include "hybrid_slam/vehicle/forklift.hpp"
@@ -17,9 +18,10 @@ struct RobotConfig {
     LidarConfig lidar;
     CameraConfig camera;
     VehicleConfig vehicle;
+    CanDriveConfig can;
 };
 
-/// Keys name, lidar.*, camera.*, vehicle.*
+/// Keys name, lidar.*, camera.*, vehicle.*, can.*
 void describe(ConfigSchema& schema, RobotConfig& robot);
 
 /// Throws Error with the file, the line and the key.
