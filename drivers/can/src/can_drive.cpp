@@ -62,7 +62,7 @@ struct CanDrive::Shared {
           watchdog(how.command_valid, how.release_after) {}
 
     void run();
-    void step();
+    void step(std::size_t frames);
     void cycle();
     void take(const std::optional<CanFrame>& frame);
     void say_goodbye();
@@ -109,13 +109,10 @@ std::string CanDrive::Shared::obstacle(double time) const {
 CommandWatchdog::Order CanDrive::Shared::order(double time) {
     const std::lock_guard<std::mutex> lock(mutex);
     CommandWatchdog::Order order = watchdog.order(time);
-    status.reason.clear();
-    if (order.state == CanDriveState::kDriving) {
-        status.reason = obstacle(time);
-        if (!status.reason.empty()) {
-            order.state = CanDriveState::kHeld;
-            order.command.speed = 0.0;
-        }
+    status.reason = obstacle(time);
+    if (order.state == CanDriveState::kDriving && !status.reason.empty()) {
+        order.state = CanDriveState::kHeld;
+        order.command.speed = 0.0;
     }
     status.state = order.state;
     status.sent = order.command;
@@ -168,8 +165,11 @@ void CanDrive::Shared::listen(double until) {
     }
 }
 
-void CanDrive::Shared::step() {
-    while (const std::optional<CanFrame> frame = bus->receive(0.0)) {
+void CanDrive::Shared::step(std::size_t frames) {
+    constexpr double kLongWait = 5.0;  // seconds, of the wall clock
+    const std::uint64_t awaited = bus->counts().received + frames;
+    while (const std::optional<CanFrame> frame =
+               bus->receive(bus->counts().received < awaited ? kLongWait : 0.0)) {
         take(frame);
     }
     if (bus->fault().empty()) {
@@ -258,8 +258,8 @@ void CanDrive::set_silent(bool silent) {
     shared_->silent = silent;
 }
 
-void CanDrive::step() {
-    shared_->step();
+void CanDrive::step(std::size_t frames) {
+    shared_->step(frames);
 }
 
 CanDriveStatus CanDrive::status() const {

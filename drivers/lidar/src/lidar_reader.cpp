@@ -259,9 +259,12 @@ Scan LidarReader::State::make_scan() {
         const unsigned distance = word & kS300DistanceMask;
         const double range = kMetresPerCount * distance;
         const bool nothing =
-            distance == 0 || distance == kS300NoReturn || range >= config.range_max || blind[i];
+            distance == 0 || distance == kS300NoReturn || range >= config.range_max;
         scan.ranges[i] =
             nothing ? std::numeric_limits<float>::infinity() : static_cast<float>(range);
+        if (blind[i]) {
+            scan.ranges[i] = std::numeric_limits<float>::quiet_NaN();
+        }
         scan.flags[i] = beam_flags(word, telegram.protocol);
     }
     return scan;

@@ -18,6 +18,7 @@ namespace {
 using namespace test;  // NOLINT
 using ::testing::ElementsAre;
 using ::testing::FloatEq;
+using ::testing::IsNan;
 
 constexpr float kNothing = HUGE_VALF;
 
@@ -77,7 +78,7 @@ TEST(LidarReader, UpsideDownTheFirstBeamIsLeftmost) {
     EXPECT_NEAR(scan.angle(540), radians(-135.0), 1e-12);
     EXPECT_GT(scan.time_increment, 0.0);
     EXPECT_THAT(std::vector<float>(scan.ranges.begin(), scan.ranges.begin() + 4),
-                ElementsAre(kNothing, kNothing, kNothing, FloatEq(5.0F)));
+                ElementsAre(IsNan(), IsNan(), IsNan(), FloatEq(5.0F))) << "nobody looked there";
 }
 
 /// The whole degrees at which a fan of 361 degrees sees nothing.

@@ -23,7 +23,8 @@ enum BeamFlag : std::uint8_t {
 /// frame.
 struct Scan {
     double stamp = 0.0;            ///< seconds, of the first beam
-    std::vector<float> ranges;     ///< metres; anything outside [range_min, range_max) is no return
+    /// Metres; anything outside [range_min, range_max) is no return, NaN where nobody looked.
+    std::vector<float> ranges;
     double angle_min = 0.0;        ///< radians
     double angle_increment = 0.0;  ///< radians
     double range_min = 0.0;        ///< metres

@@ -34,7 +34,7 @@ enum class CanDriveState {
 
 struct CanDriveStatus {
     CanDriveState state = CanDriveState::kOff;
-    std::string reason;  ///< why it is held or what broke; empty otherwise
+    std::string reason;  ///< what broke, or why it is or would be held; empty: it may be driven
     DriveCommand sent;   ///< the last that was sent
     DriveFeedback feedback;
     double feedback_age = std::numeric_limits<double>::infinity();  ///< seconds
@@ -69,8 +69,9 @@ class CanDrive {
     /// Any thread.
     CanDriveStatus status() const;
 
-    /// One cycle, of a drive with a clock: takes the frames that came, sends what is due now.
-    void step();
+    /// One cycle, of a drive with a clock: takes the frames that came, of which it waits for
+    /// `frames`, and sends what is due now.
+    void step(std::size_t frames = 0);
 
   private:
     struct Shared;

@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid_slam/pilot/pilot.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "hybrid_slam/core/error.hpp"
+#include "pose_watch.hpp"
+
+namespace hybrid_slam {
+namespace {
+
+constexpr double kStanding = 0.005;        ///< m/s
+constexpr double kTakeOverPatience = 2.0;  ///< seconds for a stop before the vehicle is let go
+
+/// Places that somebody sent together.
+struct Order {
+    std::vector<Waypoint> waypoints;
+    std::uint64_t client = 0;
+};
+
+std::vector<Waypoint> waypoints_of(const LinkGoals& goals) {
+    std::vector<Waypoint> waypoints;
+    for (const LinkWaypoint& each : goals.waypoints) {
+        waypoints.push_back({each.place, each.heading});
+    }
+    return waypoints;
+}
+
+std::string why_no_way(const Route& route, const Order& order) {
+    const auto place = [&] {
+        const Point2& at = order.waypoints.at(route.failed_waypoint).position;
+        return fmt::format("waypoint {} ({:.2f}, {:.2f})", route.failed_waypoint + 1, at.x(),
+                           at.y());
+    };
+    switch (route.status) {
+        case PlanStatus::kStartBlocked:
+            return "by the map the vehicle touches something where it stands";
+        case PlanStatus::kGoalBlocked:
+            return place() + ": by the map the vehicle has no room there";
+        case PlanStatus::kUnfinished:
+            return place() + ": the search for a way was given up (planner.max_nodes)";
+        case PlanStatus::kNoWay:
+        case PlanStatus::kFound:
+            break;
+    }
+    return place() + ": there is no way to it";
+}
+
+PilotConfig checked(PilotConfig config) {
+    ConfigSchema schema;
+    describe(schema, config);  // throws for values out of their ranges
+    return config;
+}
+
+}  // namespace
+
+struct Pilot::State {
+    State(const VehicleConfig& the_vehicle, const PilotConfig& how, std::string the_map)
+        : vehicle(the_vehicle),
+          config(checked(how)),
+          map(std::move(the_map)),
+          poses(config, map),
+          mode(config.starts_automatic ? LinkMode::kAutomatic : LinkMode::kManual) {}
+
+    PilotOutput step(const PilotInput& input);
+    void take(const LinkEvent& event, const LinkGoals& goals);
+    void take(LinkCommand command);
+    void take(const LinkEvent& event);
+    void lose(std::uint64_t client);
+    void abandon(std::string why);
+    void look_at_drive(const PilotInput& input);
+    void rest(const PilotInput& input);
+    void go(const PilotInput& input);
+    void finish_dropping();
+    void replan();
+    void ask_for_route();
+    std::string hold_reason(double now) const;
+    void hand_over(double seconds);
+    void tell(double now);
+    LinkDriveState drive_state() const;
+    int waypoints_left() const;
+
+    VehicleConfig vehicle;
+    PilotConfig config;
+    std::string map;
+    PoseWatch poses;
+
+    LinkMode mode;
+    bool paused = false;
+    std::string why_paused;  ///< when nobody asked for it
+    std::string fault;
+    std::deque<Order> queue;
+    std::optional<Order> active;  ///< planned for, or driven
+    std::optional<RouteRequest> request;
+    std::uint64_t requests = 0;
+    std::optional<Route> route;
+    bool dropping = false;  ///< the active order ends as soon as the vehicle stands
+    int replans = 0;
+    bool arrived = false;
+    std::string note;  ///< why there is nothing to do any more
+    std::string goals;
+
+    FollowerState follower;
+    FollowerStep last;
+    std::size_t reached = 0;  ///< waypoints of the active order, before its present route
+    double speed = 0.0;
+    double steering = 0.0;
+    double stopping_for = 0.0;  ///< seconds since manual mode was asked for
+    bool standing = true;
+    bool released = false;                    ///< to somebody who drives by hand
+    std::vector<PilotOutput::Refusal> later;  ///< refusals for the next step
+    PilotOutput out;
+};
+
+void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
+    if (mode == LinkMode::kManual) {
+        out.refusals.push_back({event.client, "goals: the vehicle is in manual mode"});
+        return;
+    }
+    if (!wanted.append) {
+        queue.clear();
+        dropping = active.has_value();
+        paused = false;
+        why_paused.clear();
+    }
+    queue.push_back({waypoints_of(wanted), event.client});
+    goals = wanted.id;
+    arrived = false;
+    note.clear();
+}
+
+/// Stops, and forgets where it was to go.
+void Pilot::State::abandon(std::string why) {
+    queue.clear();
+    dropping = active.has_value();
+    note = std::move(why);
+    arrived = false;
+}
+
+void Pilot::State::take(LinkCommand command) {
+    switch (command) {
+        case LinkCommand::kCancel:
+            abandon("cancelled");
+            paused = false;
+            why_paused.clear();
+            break;
+        case LinkCommand::kPause:
+            paused = true;
+            break;
+        case LinkCommand::kResume:
+            paused = false;
+            why_paused.clear();
+            break;
+        case LinkCommand::kManual:
+            if (mode != LinkMode::kManual) {
+                abandon("");
+                mode = LinkMode::kManual;
+                stopping_for = 0.0;
+            }
+            break;
+        case LinkCommand::kAutomatic:
+            mode = LinkMode::kAutomatic;
+            break;
+    }
+}
+
+void Pilot::State::lose(std::uint64_t client) {
+    poses.gone(client);
+    if (!config.needs_goal_client) {
+        return;
+    }
+    bool is_missed = active && active->client == client;
+    for (const Order& order : queue) {
+        is_missed = is_missed || order.client == client;
+    }
+    if (is_missed) {
+        abandon("the goal client is gone");
+    }
+}
+
+void Pilot::State::take(const LinkEvent& event) {
+    if (const auto* const pose = std::get_if<LinkPose>(&event.what)) {
+        if (const auto reason = poses.take(event, *pose)) {
+            out.refusals.push_back({event.client, *reason});
+        }
+    } else if (const auto* const wanted = std::get_if<LinkGoals>(&event.what)) {
+        take(event, *wanted);
+    } else if (const auto* const command = std::get_if<LinkCommand>(&event.what)) {
+        take(*command);
+    } else if (const auto* const pose_told = std::get_if<LinkInitialPose>(&event.what)) {
+        out.initial_pose = *pose_told;
+    } else if (std::holds_alternative<LinkDisconnected>(event.what)) {
+        lose(event.client);
+    }
+}
+
+void Pilot::State::look_at_drive(const PilotInput& input) {
+    const double told = input.drive.speed.value_or(last.command.speed);
+    speed = std::isfinite(told) ? told : 0.0;
+    steering = input.drive.steering.value_or(last.command.steering);
+    standing = std::abs(speed) < kStanding;
+    poses.drive(input.now, speed * input.seconds);
+    if (fault.empty() && !input.drive.fault.empty() && active) {
+        // It must not start again by itself as soon as somebody has mended it.
+        paused = true;
+        why_paused = "the drive had a fault; resume when all is well";
+    }
+    fault = input.drive.fault;
+}
+
+/// Why the vehicle must not move; empty when it may.
+std::string Pilot::State::hold_reason(double now) const {
+    if (!fault.empty()) {
+        return fault;
+    }
+    if (dropping) {
+        return "stopping";
+    }
+    if (paused) {
+        return why_paused.empty() ? "paused" : why_paused;
+    }
+    return poses.objection(now);
+}
+
+void Pilot::State::finish_dropping() {
+    if (dropping && standing) {
+        dropping = false;
+        active.reset();
+        request.reset();
+        route.reset();
+    }
+}
+
+void Pilot::State::ask_for_route() {
+    if (!active && !queue.empty()) {
+        active = std::move(queue.front());
+        queue.pop_front();
+        reached = 0;
+        replans = 0;
+    }
+    if (active && !request && standing) {
+        const auto begin = active->waypoints.begin() + static_cast<std::ptrdiff_t>(reached);
+        request = {++requests, *poses.last_known(), {begin, active->waypoints.end()}};
+    }
+}
+
+/// The vehicle is beside its way, or has stopped too far from where it should be.
+void Pilot::State::replan() {
+    reached += last.waypoints_reached;
+    route.reset();
+    if (++replans > config.most_replans || reached >= active->waypoints.size()) {
+        abandon("the places are not reached: every new way was left again");
+    }
+}
+
+void Pilot::State::rest(const PilotInput& input) {
+    last = {};
+    last.command.steering = steering;
+    if (!standing) {
+        out.command = last.command;  // rolling, or nearly so
+    }
+    if (mode == LinkMode::kAutomatic && hold_reason(input.now).empty()) {
+        ask_for_route();
+    }
+}
+
+void Pilot::State::go(const PilotInput& input) {
+    FollowerInput now;
+    now.seconds = input.seconds;
+    now.pose = poses.fresh(input.now);
+    now.speed = input.drive.speed;
+    now.steering = input.drive.steering;
+    now.free_ahead = poses.free_ahead(input.now);
+    now.free_behind = poses.free_behind(input.now);
+    now.hold = !hold_reason(input.now).empty();
+    last = follow(*route, vehicle, config.follower, follower, now);
+    // Held for long, the power may go off.
+    if (fault.empty() && !(now.hold && standing)) {
+        out.command = last.command;
+    }
+    if (last.status == FollowerStatus::kArrived && standing) {
+        active.reset();
+        route.reset();
+        arrived = queue.empty();
+    } else if (last.status == FollowerStatus::kOffPath && standing && !now.hold) {
+        replan();
+    }
+}
+
+int Pilot::State::waypoints_left() const {
+    std::size_t left = 0;
+    for (const Order& order : queue) {
+        left += order.waypoints.size();
+    }
+    if (active && !dropping) {
+        left += active->waypoints.size() - reached - (route ? last.waypoints_reached : 0);
+    }
+    return static_cast<int>(left);
+}
+
+LinkDriveState Pilot::State::drive_state() const {
+    if (!fault.empty()) {
+        return LinkDriveState::kFault;
+    }
+    if (mode == LinkMode::kManual) {
+        return LinkDriveState::kIdle;
+    }
+    if (paused) {
+        return LinkDriveState::kPaused;
+    }
+    if (!active && queue.empty()) {
+        return arrived ? LinkDriveState::kArrived : LinkDriveState::kIdle;
+    }
+    const bool moves = route && (last.status == FollowerStatus::kDriving ||
+                                 last.status == FollowerStatus::kTurningWheel);
+    return moves ? LinkDriveState::kDriving : LinkDriveState::kStopped;
+}
+
+void Pilot::State::tell(double now) {
+    LinkStatus& status = out.status;
+    status.mode = mode;
+    status.state = drive_state();
+    status.fault = fault;
+    status.goals = goals;
+    status.map = map;
+    status.map_from_robot = poses.last_known();
+    status.pose_age = status.map_from_robot ? std::max(0.0, poses.age(now)) : 0.0;
+    status.speed = speed;
+    status.steering = steering;
+    status.waypoints_left = waypoints_left();
+    status.remaining = route ? last.remaining : 0.0;
+    const bool waits = active || !queue.empty();
+    if (status.state == LinkDriveState::kDriving || status.state == LinkDriveState::kArrived) {
+        return;
+    }
+    if (mode == LinkMode::kManual) {
+        status.reason = "manual mode";
+    } else if (!waits && !paused) {
+        status.reason = note;
+    } else if (const std::string why = hold_reason(now); !why.empty()) {
+        status.reason = why;
+    } else if (request) {
+        status.reason = "looking for a way";
+    } else if (route && last.status == FollowerStatus::kHeld) {
+        status.reason = "something is in the way";
+    }
+}
+
+/// Stops first, unless it cannot: somebody drives already.
+void Pilot::State::hand_over(double seconds) {
+    if (mode == LinkMode::kAutomatic) {
+        released = false;
+        return;
+    }
+    stopping_for += seconds;
+    released = released || standing || stopping_for > kTakeOverPatience;
+    out.manual = released;
+    if (released) {
+        out.command.reset();
+    }
+}
+
+PilotOutput Pilot::State::step(const PilotInput& input) {
+    out = {};
+    out.refusals = std::exchange(later, {});
+    look_at_drive(input);
+    for (const LinkEvent& event : input.events) {
+        take(event);
+    }
+    finish_dropping();
+    if (route) {
+        go(input);
+    } else {
+        rest(input);
+    }
+    hand_over(input.seconds);
+    tell(input.now);
+    return std::exchange(out, {});
+}
+
+Pilot::Pilot(const VehicleConfig& vehicle, const PilotConfig& config, std::string map)
+    : state_(std::make_unique<State>(vehicle, config, std::move(map))) {}
+Pilot::~Pilot() = default;
+Pilot::Pilot(Pilot&&) noexcept = default;
+Pilot& Pilot::operator=(Pilot&&) noexcept = default;
+
+PilotOutput Pilot::step(const PilotInput& input) {
+    if (!(input.seconds > 0.0)) {
+        throw Error("pilot: a time step must be positive");
+    }
+    return state_->step(input);
+}
+
+std::optional<RouteRequest> Pilot::wanted_route() const {
+    return state_->request;
+}
+
+void Pilot::take(std::uint64_t number, Route route) {
+    State& state = *state_;
+    if (!state.request || state.request->number != number || !state.active) {
+        return;
+    }
+    Order asked = *state.active;
+    asked.waypoints = state.request->waypoints;
+    state.request.reset();
+    if (route.status != PlanStatus::kFound) {
+        const std::string why = why_no_way(route, asked);
+        state.abandon(why);
+        state.later.push_back({asked.client, why});
+        return;
+    }
+    state.follower = begin_route(state.follower);
+    state.follower.vehicle = {*state.poses.last_known(), 0.0, state.steering};
+    state.follower.has_pose = true;
+    state.route = std::move(route);
+}
+
+const Route* Pilot::route() const {
+    return state_->route ? &*state_->route : nullptr;
+}
+
+}  // namespace hybrid_slam
