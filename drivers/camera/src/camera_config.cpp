@@ -5,7 +5,8 @@ namespace hybrid_slam {
 
 void describe(ConfigSchema& schema, CameraConfig& config) {
     schema.add("enabled", config.enabled, "false: drive by the lidar alone");
-    schema.add("device", config.device, "V4L2 device, video file or folder of images");
+    schema.add("device", config.device,
+               "V4L2 device, http://... of a network camera, video file or folder of images");
     schema.add("rate", config.rate, 0.1, 1000.0, "images per second; the pace of files");
     schema.add("latency", config.latency, 0.0, 1.0,
                "s, from the middle of the exposure to the arrival");

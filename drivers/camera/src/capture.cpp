@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <string_view>
 #include <thread>
 
 #include "captures.hpp"
+#include "mjpeg_url.hpp"
 
 namespace hybrid_slam {
 
@@ -22,6 +24,12 @@ bool Pace::wait(double timeout) {
 }
 
 std::unique_ptr<Capture> open_capture(const CameraConfig& config) {
+    const auto begins = [&config](std::string_view scheme) {
+        return config.device.compare(0, scheme.size(), scheme) == 0;
+    };
+    if (begins(kHttpScheme) || begins(kHttpsScheme)) {
+        return open_mjpeg_capture(config);
+    }
     std::error_code error;
     const auto status = std::filesystem::status(config.device, error);
     if (std::filesystem::is_directory(status)) {

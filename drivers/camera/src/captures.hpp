@@ -13,6 +13,8 @@ namespace hybrid_slam {
 std::unique_ptr<Capture> open_video_device(const CameraConfig& config);
 std::unique_ptr<Capture> open_video_file(const CameraConfig& config);
 std::unique_ptr<Capture> open_image_folder(const CameraConfig& config);
+/// An MJPEG stream over HTTP.
+std::unique_ptr<Capture> open_mjpeg_capture(const CameraConfig& config);
 
 /// The pace of files, which would come all at once: one image each 1/rate seconds, the first one
 /// now. Who was kept waiting does not catch up.

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hex.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/text_file.hpp"
@@ -32,6 +34,14 @@ std::int64_t parse_stamp(std::string_view token) {
         }
     }
     throw Error(fmt::format("'{}': not a time like (1700000000.000000)", token));
+}
+
+/// What is written must be what is read again.
+void check_bus(const std::string& bus) {
+    const auto visible = [](unsigned char c) { return c > ' ' && c != 0x7F; };
+    if (bus.empty() || !std::all_of(bus.begin(), bus.end(), visible)) {
+        throw Error(fmt::format("'{}': not a name of a bus", bus));
+    }
 }
 
 CanFrame parse_id(std::string_view text) {
@@ -74,9 +84,7 @@ std::string to_candump(const CandumpLine& line) {
     if (!frame.valid()) {
         throw Error(fmt::format("CAN frame {:X}: id or size does not fit", frame.id));
     }
-    if (line.bus.empty() || line.bus.find_first_of(" \t\r\n") != std::string::npos) {
-        throw Error(fmt::format("'{}': not a name of a bus", line.bus));
-    }
+    check_bus(line.bus);
     if (line.microseconds < 0) {
         throw Error("a time before 1970");
     }
@@ -94,6 +102,7 @@ CandumpLine parse_candump(std::string_view line) {
     CandumpLine result;
     result.microseconds = parse_stamp(tokens.next());
     result.bus = tokens.next();
+    check_bus(result.bus);
     const std::string_view frame = tokens.next();
     const std::size_t hash = frame.find('#');
     if (hash == std::string_view::npos) {

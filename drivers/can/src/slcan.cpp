@@ -15,6 +15,7 @@ namespace {
 
 constexpr char kReturn = '\r';
 constexpr char kBell = '\a';
+constexpr std::string_view kLineEnds = "\r\a";
 constexpr std::size_t kLongestLine = 30;  // T1111222281122334455667788EA5F
 constexpr std::uint32_t kLastMillisecond = 0xEA5F;
 constexpr std::array<int, 9> kBitRates = {10000,  20000,  50000,  100000, 125000,
@@ -136,6 +137,17 @@ void SlcanParser::end_line(std::vector<SlcanLine>& lines) {
 
 SlcanAdapter::Result SlcanAdapter::push(std::string_view bytes) {
     Result result;
+    // Line by line: a host takes answers for those to its commands in the order that it sent them.
+    while (!bytes.empty()) {
+        const std::size_t end = bytes.find_first_of(kLineEnds);
+        const std::size_t length = std::min(end, bytes.size() - 1) + 1;
+        push_line(bytes.substr(0, length), result);
+        bytes.remove_prefix(length);
+    }
+    return result;
+}
+
+void SlcanAdapter::push_line(std::string_view bytes, Result& result) {
     const std::uint64_t before = parser_.dropped();
     for (const SlcanLine& line : parser_.push(bytes)) {
         if (line.kind == SlcanLine::Kind::kText) {
@@ -148,7 +160,6 @@ SlcanAdapter::Result SlcanAdapter::push(std::string_view bytes) {
         }
     }
     result.answer += std::string(parser_.dropped() - before, kBell);
-    return result;
 }
 
 std::string SlcanAdapter::answer_to(const std::string& command) {

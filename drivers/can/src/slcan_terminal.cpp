@@ -12,11 +12,28 @@
 #include <system_error>
 
 #include "deadline.hpp"
+#include "device_link.hpp"
 #include "hybrid_slam/core/error.hpp"
 
 namespace hybrid_slam {
 
-SlcanTerminal::SlcanTerminal() : master_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)) {
+SlcanTerminal::SlcanTerminal(const std::filesystem::path& link) {
+    try {
+        open();
+        if (!link.empty()) {
+            link_ = std::make_unique<DeviceLink>(link, path_);
+            path_ = link.string();
+        }
+    } catch (...) {
+        if (master_ >= 0) {
+            ::close(master_);
+        }
+        throw;
+    }
+}
+
+void SlcanTerminal::open() {
+    master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     std::array<char, 128> name{};
     termios mode{};
     bool made = master_ >= 0 && grantpt(master_) == 0 && unlockpt(master_) == 0 &&
@@ -26,16 +43,13 @@ SlcanTerminal::SlcanTerminal() : master_(posix_openpt(O_RDWR | O_NOCTTY | O_NONB
         made = tcsetattr(master_, TCSANOW, &mode) == 0;
     }
     if (!made) {
-        const std::string reason = std::generic_category().message(errno);
-        if (master_ >= 0) {
-            ::close(master_);
-        }
-        throw Error("pseudo-terminal: " + reason);
+        throw Error("pseudo-terminal: " + std::generic_category().message(errno));
     }
     path_ = name.data();
 }
 
 SlcanTerminal::~SlcanTerminal() {
+    link_.reset();
     ::close(master_);
 }
 
@@ -60,24 +74,24 @@ std::vector<CanFrame> SlcanTerminal::receive(double timeout) {
     return {};
 }
 
-void SlcanTerminal::send(const CanFrame& frame) {
+bool SlcanTerminal::send(const CanFrame& frame) {
     if (is_open()) {
-        write(to_slcan(frame));
-    } else {
-        ++dropped_;
+        return write(to_slcan(frame));
     }
+    ++dropped_;
+    return false;
 }
 
-void SlcanTerminal::write(const std::string& bytes) {
+bool SlcanTerminal::write(const std::string& bytes) {
+    if (bytes.empty()) {
+        return true;
+    }
     pollfd state{master_, POLLOUT, 0};
     const bool connected = poll(&state, 1, 0) > 0 && (state.revents & POLLHUP) == 0;
-    if (bytes.empty()) {
-        return;
-    }
-    if (!connected ||
-        ::write(master_, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size())) {
-        ++dropped_;
-    }
+    const bool written = connected && ::write(master_, bytes.data(), bytes.size()) ==
+                                          static_cast<ssize_t>(bytes.size());
+    dropped_ += written ? 0 : 1;
+    return written;
 }
 
 }  // namespace hybrid_slam

@@ -67,6 +67,7 @@ TEST(Candump, SaysWhatItRefuses) {
     EXPECT_THAT(refusal("(0.000001) can0"), HasSubstr("not a frame"));
     EXPECT_THAT(refusal("(0.000001) can0 123#00 X"), HasSubstr("behind the frame"));
     EXPECT_THAT(refusal("(0.000001) can0 123#00 R R"), HasSubstr("behind the frame"));
+    EXPECT_THAT(refusal("(0.000001) ca\rn0 123#00"), HasSubstr("name of a bus"));
     for (const char* stamp : {"0.000001", "(0)", "(.000001)", "(0.1)", "(-1.000000)", "()", "(",
                               "(99999999999999999999.000000)"}) {
         EXPECT_THAT(refusal(std::string(stamp) + " can0 123#00"), HasSubstr("not a time")) << stamp;

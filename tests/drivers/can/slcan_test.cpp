@@ -135,5 +135,18 @@ TEST(SlcanAdapter, TalksAsTheManualSays) {
     EXPECT_EQ(adapter.dropped(), 1U);
 }
 
+TEST(SlcanAdapter, AnswersInTheOrderOfItsLines) {
+    const std::string lines = "V\rnonsense\rS5\rO\rt203\rt2031FF\rC\r";
+    SlcanAdapter adapter;
+    const std::string together = adapter.push(lines).answer;
+    EXPECT_EQ(together, "V1013\r\a\r\r\az\r\r");
+    SlcanAdapter slow;
+    std::string apart;
+    for (const char byte : lines) {
+        apart += slow.push(std::string(1, byte)).answer;
+    }
+    EXPECT_EQ(apart, together);
+}
+
 }  // namespace
 }  // namespace hybrid_slam

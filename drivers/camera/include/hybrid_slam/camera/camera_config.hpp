@@ -11,7 +11,8 @@ namespace hybrid_slam {
 /// A camera: where its images come from, its optics and how it sits on the robot.
 struct CameraConfig {
     bool enabled = true;
-    /// A V4L2 device, a video file or a folder of images.
+    /// A V4L2 device, http://[user:password@]host[:port]/path of a network camera (MJPEG), a video
+    /// file or a folder of images.
     std::string device = "/dev/video0";
     double rate = 30.0;        ///< images per second, asked of the device; the pace of files
     double latency = 0.03;     ///< seconds from the middle of the exposure to the arrival

@@ -32,10 +32,15 @@ class Capture {
     virtual bool ended() const { return false; }
 };
 
-/// Opens what config.device names, through OpenCV: a V4L2 device (asking for config.model's size,
+/// Opens what config.device names. Through OpenCV: a V4L2 device (asking for config.model's size,
 /// the rate, and MJPEG passed on undecoded), a video file or a folder of images in the order of
 /// their names (both at config.rate). Throws Error with the device's name and the reason. The first
 /// image of a device that sends none keeps read waiting for OpenCV's own 10 s.
+///
+/// http:// is an MJPEG stream as network cameras, mjpg-streamer, ustreamer and MjpegServer send it
+/// (HTTP/1.1, multipart/x-mixed-replace, its parts passed on undecoded; basic authentication; no
+/// https). A thread takes all that comes, so that a slow reader gets the newest image and misses
+/// those before it.
 ///
 /// The first camera or video file silences OpenCV's log for the process and for good, the first
 /// video file FFmpeg's too: both write to stderr about each damaged file.

@@ -64,6 +64,7 @@ class SlcanAdapter {
     std::uint64_t dropped() const { return parser_.dropped(); }
 
   private:
+    void push_line(std::string_view bytes, Result& result);
     std::string answer_to(const std::string& command);
 
     SlcanParser parser_;

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,16 +11,21 @@
 
 namespace hybrid_slam {
 
+class DeviceLink;
+
 /// An SLCAN adapter that needs no hardware: whoever opens `path` as "slcan:<path>" exchanges frames
 /// with this end. Destroying it pulls the adapter out.
 class SlcanTerminal {
   public:
-    /// Throws Error when the system has no pseudo-terminal left.
-    SlcanTerminal();
+    /// With `link`, a symbolic link of that name points to the terminal for as long as it lives, as
+    /// PseudoTerminal's does. Throws Error when that name is taken by something else or cannot be
+    /// made, and when the system has no terminal left.
+    explicit SlcanTerminal(const std::filesystem::path& link = {});
     ~SlcanTerminal();
     SlcanTerminal(const SlcanTerminal&) = delete;
     SlcanTerminal& operator=(const SlcanTerminal&) = delete;
 
+    /// What to open: the link, or without one the terminal itself.
     const std::string& path() const { return path_; }
     /// Whether the host has opened the bus.
     bool is_open() const { return adapter_.is_open(); }
@@ -27,18 +34,22 @@ class SlcanTerminal {
     /// the first bytes.
     std::vector<CanFrame> receive(double timeout);
 
-    /// To the host; dropped when the bus is not open or the host does not read. Never waits.
-    void send(const CanFrame& frame);
+    /// To the host; false, and dropped, when the bus is not open or the host does not read. Never
+    /// waits.
+    bool send(const CanFrame& frame);
 
-    /// Bytes as they are: for tests of the other end.
-    void write(const std::string& bytes);
+    /// Bytes as they are: for tests of the other end. False when they were dropped.
+    bool write(const std::string& bytes);
 
     std::uint64_t dropped() const { return dropped_; }  ///< frames and answers
 
   private:
+    void open();
+
     SlcanAdapter adapter_;
     std::string path_;
     int master_ = -1;
+    std::unique_ptr<DeviceLink> link_;
     std::uint64_t dropped_ = 0;
 };
 
