@@ -29,6 +29,8 @@ void add_localize_command(CLI::App& program, Action& action);
 void add_compare_command(CLI::App& program, Action& action);
 void add_evaluate_command(CLI::App& program, Action& action);
 void add_optimize_command(CLI::App& program, Action& action);
+void add_drive_command(CLI::App& program, Action& action);
+void add_goto_command(CLI::App& program, Action& action);
 void add_simulate_command(CLI::App& program, Action& action);
 void add_record_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);

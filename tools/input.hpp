@@ -26,6 +26,8 @@ class Input {
     virtual const CameraConfig* camera() const { return nullptr; }
     /// Whether the measurements are taken now, so that nothing may wait.
     virtual bool live() const { return false; }
+    /// Of a live one: seconds of the clock that arrivals are of.
+    virtual double now() const { return 0.0; }
     /// What was read so far, and what had to be left out.
     virtual nlohmann::ordered_json counts() const = 0;
     /// What was not as it should be: "kind: count" each.

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "hybrid_slam/live/lockstep_sensors.hpp"
 #include "interrupt.hpp"
 
 namespace hybrid_slam::tools {
@@ -34,6 +35,7 @@ class LiveInput : public Input {
     Source& source() override { return source_; }
     const CameraConfig* camera() const override { return images_ ? &robot_.camera : nullptr; }
     bool live() const override { return true; }
+    double now() const override { return stream_.now(); }
     nlohmann::ordered_json counts() const override {
         nlohmann::ordered_json counts = to_json(source_.counts());
         const LiveStatus status = stream_.status();
@@ -58,7 +60,60 @@ class LiveInput : public Input {
     SensorSource source_;
 };
 
+/// The devices of a simulator that waits for everyone, until a signal comes.
+class LockstepStream : public SensorStream {
+  public:
+    LockstepStream(const RobotConfig& robot, const std::string& clock) : sensors_(robot, clock) {}
+
+    std::optional<SensorEvent> next() override {
+        while (!interrupted() && !sensors_.ended()) {
+            if (std::optional<SensorEvent> event = sensors_.next_within(kPatience)) {
+                now_ = arrival_of(*event);
+                return event;
+            }
+        }
+        return std::nullopt;
+    }
+    double now() const { return now_; }
+
+  private:
+    LockstepSensors sensors_;
+    double now_ = 0.0;
+};
+
+class LockstepInput : public Input {
+  public:
+    LockstepInput(const RobotConfig& robot, bool images, const std::string& clock)
+        : robot_(robot),
+          stream_(robot, clock),
+          source_(stream_, robot,
+                  images ? SensorSource::Images::kGray : SensorSource::Images::kSkip),
+          images_(images) {}
+
+    Source& source() override { return source_; }
+    const CameraConfig* camera() const override { return images_ ? &robot_.camera : nullptr; }
+    bool live() const override { return true; }
+    double now() const override { return stream_.now(); }
+    nlohmann::ordered_json counts() const override { return to_json(source_.counts()); }
+    std::vector<std::string> warnings() const override {
+        return warnings_of(losses_of(source_.counts()));
+    }
+
+  private:
+    RobotConfig robot_;
+    LockstepStream stream_;
+    SensorSource source_;
+    bool images_;
+};
+
 }  // namespace
+
+void add_clock_option(CLI::App& command, std::string& clock) {
+    command
+        .add_option("--clock", clock,
+                    "Clock of 'simulate --serve --lockstep': time goes on when all have computed")
+        ->type_name("tcp://HOST:PORT");
+}
 
 void add_robot_options(CLI::App& command, RobotOptions& options) {
     command
@@ -107,7 +162,13 @@ std::optional<SensorEvent> LiveStream::next() {
     return std::nullopt;
 }
 
-std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images) {
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images,
+                                       const std::string& clock) {
+    if (!clock.empty()) {
+        RobotConfig used = robot;
+        used.camera.enabled = robot.camera.enabled && images;
+        return std::make_unique<LockstepInput>(used, used.camera.enabled, clock);
+    }
     return std::make_unique<LiveInput>(robot, images);
 }
 

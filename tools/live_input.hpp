@@ -23,6 +23,7 @@ struct RobotOptions {
     std::string lidar;            ///< in place of lidar.port
     std::string camera;           ///< in place of camera.device
     bool no_camera = false;
+    std::string clock;  ///< of a simulator in lockstep; empty: real time
 };
 void add_robot_options(CLI::App& command, RobotOptions& options);
 RobotConfig robot_of(const RobotOptions& options);
@@ -36,6 +37,7 @@ class LiveStream : public SensorStream {
     /// Says when no scans come of what this stream gives to the source.
     void watch(const SensorSource& source) { source_ = &source; }
     LiveStatus status() const { return sensors_.status(); }
+    double now() const { return sensors_.now(); }
 
   private:
     LiveSensors sensors_;
@@ -44,7 +46,10 @@ class LiveStream : public SensorStream {
     Stopwatch clock_;
 };
 
-/// Live devices as the input of a session.
-std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images);
+/// Live devices as the input of a session; with a clock, those of a simulator in lockstep.
+std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images,
+                                       const std::string& clock = {});
+/// --clock
+void add_clock_option(CLI::App& command, std::string& clock);
 
 }  // namespace hybrid_slam::tools

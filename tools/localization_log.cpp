@@ -73,24 +73,26 @@ Json places_json(const Relocalization& relocalization) {
 
 }  // namespace
 
-LocalizationLog::LocalizationLog(const RunFolder& folder, Start start)
+LocalizationLog::LocalizationLog(const RunFolder* folder, Start start)
     : folder_(folder), start_(std::move(start)) {}
 
 void LocalizationLog::begin() {
-    folder_.begin(start_.keep_last_pose);
-    write_text(folder_ / RunFiles::kConfig, start_.config);
-    poses_.emplace(folder_ / RunFiles::kPoses);
+    folder_->begin(start_.keep_last_pose);
+    write_text(*folder_ / RunFiles::kConfig, start_.config);
+    poses_.emplace(*folder_ / RunFiles::kPoses);
     poses_->add(kHeader);
-    events_.emplace(folder_ / RunFiles::kEvents);
+    events_.emplace(*folder_ / RunFiles::kEvents);
     events_->add(start_.event.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 void LocalizationLog::add(const LocalizationResult& result, bool sure) {
-    if (!poses_) {
-        begin();
+    if (keeps_run()) {
+        if (!poses_) {
+            begin();
+        }
+        add_row(result);
+        add_events(result);
     }
-    add_row(result);
-    add_events(result);
     if (sure) {
         LastPose& last = start_.last_pose;
         last.stamp = result.stamp;
@@ -110,8 +112,8 @@ void LocalizationLog::save() {
         poses_->flush();
         events_->flush();
     }
-    if (unsaved_) {
-        write_last_pose(folder_ / RunFiles::kLastPose, start_.last_pose);
+    if (unsaved_ && !start_.last_pose_file.empty()) {
+        write_last_pose(start_.last_pose_file, start_.last_pose);
         unsaved_ = false;
     }
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -19,14 +20,19 @@ class LocalizationLog {
   public:
     /// What a run begins with.
     struct Start {
-        LastPose last_pose;            ///< with the map
-        bool keep_last_pose = false;   ///< that of the earlier run, until there is another
-        nlohmann::ordered_json event;  ///< the first one
-        std::string config;            ///< YAML
+        LastPose last_pose;                    ///< with the map
+        std::filesystem::path last_pose_file;  ///< empty: none is kept
+        bool keep_last_pose = false;           ///< that of the earlier run, until there is another
+        nlohmann::ordered_json event;          ///< the first one
+        std::string config;                    ///< YAML
     };
 
-    /// Nothing is touched before the first result. `folder` must outlive it.
-    LocalizationLog(const RunFolder& folder, Start start);
+    /// Nothing is touched before the first result. `folder` must outlive it; with nullptr nothing
+    /// is kept but the last pose.
+    LocalizationLog(const RunFolder* folder, Start start);
+
+    /// Whether the run is written down, and not only its last pose.
+    bool keeps_run() const { return folder_ != nullptr; }
 
     /// `sure`: the pose is one to start from next time. Throws Error when the disk is full.
     void add(const LocalizationResult& result, bool sure);
@@ -40,7 +46,7 @@ class LocalizationLog {
     void add_event(double stamp, const std::string& kind, const nlohmann::ordered_json& facts);
     bool tells_news(const Relocalization& relocalization);
 
-    const RunFolder& folder_;
+    const RunFolder* folder_;
     Start start_;
     std::optional<LineFile> poses_;
     std::optional<LineFile> events_;

@@ -12,25 +12,17 @@
 namespace hybrid_slam::tools {
 namespace {
 
-/// Metres along what hangs together.
-double length_of(const std::vector<WayPoint>& way) {
-    double length = 0.0;
-    Trajectory piece;
-    for (const WayPoint& point : way) {
-        if (!point.follows) {
-            length += hybrid_slam::length_of(piece);
-            piece.clear();
-        }
-        piece.push_back({0.0, point.map_from_robot});
-    }
-    return length + hybrid_slam::length_of(piece);
-}
-
 /// The loop over one input.
 class Runner {
   public:
-    Runner(Input& input, Localizer& localizer, LocalizationLog& log, LocalizationMonitor& monitor)
-        : input_(input), stream_(input), localizer_(localizer), log_(log), monitor_(monitor) {}
+    Runner(Input& input, Localizer& localizer, LocalizationLog& log, LocalizationMonitor& monitor,
+           LocalizationListener* listener)
+        : input_(input),
+          stream_(input),
+          localizer_(localizer),
+          log_(log),
+          monitor_(monitor),
+          listener_(listener) {}
 
     bool saw_anything() const { return stream_.saw_anything(); }
 
@@ -55,7 +47,6 @@ class Runner {
         log_.save();
         run_.scans = stream_.frames();
         run_.recorded = stream_.recorded();
-        run_.path = length_of(run_.way);
         run_.input = input_.counts();
         run_.warnings = input_.warnings();
         run_.vision = watch_.finish();
@@ -66,16 +57,22 @@ class Runner {
     void follow(const VisualMotion& motion) {
         watch_.see(motion);
         const std::optional<PredictedPose> pose = localizer_.predict(motion);
-        if (pose && trust_.known()) {
+        if (pose && trust_.known() && log_.keeps_run()) {
             run_.camera_poses.push_back({pose->stamp, pose->map_from_robot});
         }
     }
 
     void process(const Frame& frame) {
         const Stopwatch clock;
+        if (listener_ != nullptr) {
+            listener_->before(localizer_);
+        }
         const LocalizationResult result = localizer_.process(frame);
         run_.scan.add(clock.seconds());
         trust_.see(result);
+        if (listener_ != nullptr) {
+            listener_->after(frame, result, trust_.known());
+        }
         log_.add(result, trust_.sure());
         count(result);
         monitor_.look(result, {input_.source().progress(), stream_.frames(), stream_.recorded()});
@@ -97,7 +94,7 @@ class Runner {
             run_.unmapped_sum += result.fit.unmapped;
             run_.misfit_sum += result.fit.rms;
         }
-        if (result.jump) {
+        if (result.jump && log_.keeps_run()) {
             run_.jumps.push_back(*result.jump);
         }
         if (result.relocalization) {
@@ -113,12 +110,20 @@ class Runner {
         }
     }
 
+    /// A vehicle that drives for months keeps none of its way in memory.
     void keep(const LocalizationResult& result) {
-        if (trust_.known()) {
-            run_.trajectory.push_back({result.stamp, *result.map_from_robot});
-        }
+        const bool follows = was_known_ && !result.jump;
         if (result.map_from_robot && (trust_.known() || was_known_)) {
-            run_.way.push_back({*result.map_from_robot, result.status, was_known_ && !result.jump});
+            if (follows) {
+                run_.path += between(last_, *result.map_from_robot).translation.norm();
+            }
+            last_ = *result.map_from_robot;
+            if (log_.keeps_run()) {
+                run_.way.push_back({last_, result.status, follows});
+            }
+        }
+        if (trust_.known() && log_.keeps_run()) {
+            run_.trajectory.push_back({result.stamp, last_});
         }
         was_known_ = trust_.known();
     }
@@ -128,11 +133,13 @@ class Runner {
     Localizer& localizer_;
     LocalizationLog& log_;
     LocalizationMonitor& monitor_;
+    LocalizationListener* listener_;
     VisionWatch watch_;
     PoseTrust trust_;
     LocalizationRun run_;
     std::optional<double> first_stamp_;
     bool was_known_ = false;
+    Pose2d last_;
 };
 
 }  // namespace
@@ -164,10 +171,11 @@ PlaceVerdict LocalizationRun::why_not_found() const {
 }
 
 LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
-                                 LocalizationLog& log, LocalizationMonitor& monitor) {
+                                 LocalizationLog& log, LocalizationMonitor& monitor,
+                                 LocalizationListener* listener) {
     const Stopwatch clock;
     const double cpu_at_start = cpu_seconds();
-    Runner runner(input, localizer, log, monitor);
+    Runner runner(input, localizer, log, monitor, listener);
     LocalizationRun run = runner.run();
     if (!runner.saw_anything() && !run.interrupted) {
         throw Error(name + ": no usable scan in it");

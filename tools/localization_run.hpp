@@ -56,9 +56,25 @@ struct LocalizationRun {
     PlaceVerdict why_not_found() const;
 };
 
+/// Who wants to know what a localization says while it goes on, or has a say in it.
+class LocalizationListener {
+  public:
+    LocalizationListener() = default;
+    LocalizationListener(const LocalizationListener&) = delete;
+    LocalizationListener& operator=(const LocalizationListener&) = delete;
+    virtual ~LocalizationListener() = default;
+
+    /// Before each scan.
+    virtual void before(Localizer& localizer) = 0;
+    /// After it; `known`: the pose can be believed (see pose_trust.hpp).
+    virtual void after(const Frame& frame, const LocalizationResult& result, bool known) = 0;
+};
+
 /// Runs the input through the localizer to its end or until a signal comes (see interrupt.hpp).
 /// Throws Error for one that ends without a scan with a return in it, and when the disk is full.
+/// `listener` may be nullptr.
 LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
-                                 LocalizationLog& log, LocalizationMonitor& monitor);
+                                 LocalizationLog& log, LocalizationMonitor& monitor,
+                                 LocalizationListener* listener = nullptr);
 
 }  // namespace hybrid_slam::tools

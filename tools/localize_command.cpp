@@ -11,6 +11,7 @@
 
 #include "commands.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/link/endpoint.hpp"
 #include "hybrid_slam/recording/recording.hpp"
 #include "interrupt.hpp"
 #include "last_pose.hpp"
@@ -21,6 +22,7 @@
 #include "messages.hpp"
 #include "place_pictures.hpp"
 #include "place_report.hpp"
+#include "pose_publisher.hpp"
 #include "run_folder.hpp"
 #include "run_yardstick.hpp"
 #include "stored_map.hpp"
@@ -38,6 +40,7 @@ struct LocalizeOptions {
     fs::path drive;  ///< log or recording; empty with --live
     bool live = false;
     RobotOptions robot;
+    PublishOptions publish;
     fs::path out;
     std::vector<double> initial_pose;                 ///< empty, or x, y (metres) and yaw (degrees)
     std::vector<double> initial_sigma = {0.5, 10.0};  ///< metres, degrees
@@ -70,6 +73,7 @@ Examples:
   hybrid-slam localize hall/ drive2/ --out run2/
   hybrid-slam localize hall/ drive2/ --out run2/ --initial-pose=1.5,-2,90 --initial-sigma 0.5,10
   hybrid-slam localize hall/ --live --robot config/robots/forklift.yaml --out run/ --resume run/
+  hybrid-slam localize hall/ --live --robot forklift.yaml --publish tcp://truck:5000 --resume last_pose.json
   hybrid-slam localize hall/ drive2/ --out run2/ --map-truth drive1/truth.tum --json | jq .truth
 docs/localization.md tells more.
 )";
@@ -111,7 +115,7 @@ void expect_inside(const ReferenceMap& map, const Pose2d& pose, const std::strin
 Start resumed(const LocalizeOptions& options, const ReferenceMap& map,
               const std::string& identity) {
     const fs::path file = last_pose_file(options.resume);
-    if (resumes_itself(options) && !fs::exists(file)) {
+    if ((resumes_itself(options) || options.out.empty()) && !fs::exists(file)) {
         // What always starts so has to start a first time.
         print_info(options.resume.string() + ": no last pose there yet; the start is unknown");
         return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
@@ -162,7 +166,7 @@ Settings settings_of(const LocalizeOptions& options) {
 std::unique_ptr<Input> input_of(const LocalizeOptions& options, const Settings& settings) {
     const bool images = uses_images(settings);
     return with_vision(options.live
-                           ? open_live_input(robot_of(options.robot), images)
+                           ? open_live_input(robot_of(options.robot), images, options.robot.clock)
                            : open_input(options.drive, settings.log, options.robot.robot, images),
                        settings.vision);
 }
@@ -209,6 +213,17 @@ void draw_way(const RunFolder& folder, const LocalizeOptions& options, const Ref
         .write_png(folder / RunFiles::kPicture);
 }
 
+Json summary_of_run(const LocalizeOptions& options, const ReferenceMap& map,
+                    const LocalizationRun& run, const std::optional<RunTruth>& truth) {
+    Json summary = {{"format", kRunFormat},
+                    {"version", kRunVersion},
+                    {"finished", true},
+                    {"program", "hybrid-slam " HYBRID_SLAM_VERSION},
+                    {"map", {{"path", options.map.string()}, {"identity", identity_of(map)}}}};
+    summary.update(summary_of(run, truth));
+    return summary;
+}
+
 Json write_files(const RunFolder& folder, const LocalizeOptions& options, const ReferenceMap& map,
                  const LocalizationRun& run, const std::optional<RunTruth>& truth) {
     if (!run.trajectory.empty()) {
@@ -218,12 +233,7 @@ Json write_files(const RunFolder& folder, const LocalizeOptions& options, const 
         write_tum(folder / RunFiles::kCameraPoses, run.camera_poses);
     }
     draw_way(folder, options, map, run);
-    Json summary = {{"format", kRunFormat},
-                    {"version", kRunVersion},
-                    {"finished", true},
-                    {"program", "hybrid-slam " HYBRID_SLAM_VERSION},
-                    {"map", {{"path", options.map.string()}, {"identity", identity_of(map)}}}};
-    summary.update(summary_of(run, truth));
+    Json summary = summary_of_run(options, map, run, truth);
     replace_text(folder / RunFiles::kSummary,
                  summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     return summary;
@@ -239,7 +249,24 @@ int exit_code_of(const LocalizationRun& run) {
     return run.why_not_found() == PlaceVerdict::kNotInMap ? kNotInMap : kAmbiguous;
 }
 
-LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options,
+/// nullptr when nobody is to be told.
+std::unique_ptr<PosePublisher> publisher_of(const LocalizeOptions& options,
+                                            const Settings& settings,
+                                            const std::shared_ptr<const ReferenceMap>& map,
+                                            const std::string& identity, const Input& input) {
+    if (options.publish.servers.empty()) {
+        return nullptr;
+    }
+    PosePublisher::Setup setup;
+    setup.map = map;
+    setup.identity = identity;
+    setup.vehicle = robot_of(options.robot).vehicle;
+    setup.surroundings = settings.surroundings;
+    setup.now = [&input] { return input.now(); };
+    return std::make_unique<PosePublisher>(options.publish, std::move(setup));
+}
+
+LocalizationRun run_into(const RunFolder* folder, const LocalizeOptions& options,
                          const Settings& settings, const std::shared_ptr<const ReferenceMap>& map) {
     const std::string identity = identity_of(*map);
     const Start start = start_of(options, *map, identity);
@@ -252,21 +279,35 @@ LocalizationRun run_into(const RunFolder& folder, const LocalizeOptions& options
     log_start.last_pose.map = options.map.string();
     log_start.last_pose.map_identity = identity;
     log_start.keep_last_pose = resumes_itself(options);
+    if (folder != nullptr) {
+        log_start.last_pose_file = *folder / RunFiles::kLastPose;
+    } else if (!options.resume.empty()) {
+        log_start.last_pose_file = last_pose_file(options.resume);
+    }
     log_start.event = start.event;
     log_start.config = to_yaml(settings);
     LocalizationLog log(folder, std::move(log_start));
     const std::string name = options.live ? "live drive" : name_of(options.drive);
     LocalizationMonitor monitor(name, options.live, options.common.quiet);
-    return run_localization(*input, name, localizer, log, monitor);
+    const std::unique_ptr<PosePublisher> publisher =
+        publisher_of(options, settings, map, identity, *input);
+    LocalizationRun run = run_localization(*input, name, localizer, log, monitor, publisher.get());
+    if (publisher) {
+        run.input["published"] = publisher->counts();
+    }
+    return run;
 }
 
 int run_localize(const LocalizeOptions& options) {
     const Settings settings = settings_of(options);
     catch_interrupts();
     const std::optional<RunYardstick> yardstick = yardstick_of(options);
-    const RunFolder folder(options.out);
+    std::optional<RunFolder> folder;
+    if (!options.out.empty()) {
+        folder.emplace(options.out);
+    }
     const std::shared_ptr<const ReferenceMap> map = open_reference_map(options.map);
-    LocalizationRun run = run_into(folder, options, settings, map);
+    LocalizationRun run = run_into(folder ? &*folder : nullptr, options, settings, map);
     if (run.scans == 0) {
         print_warning("interrupted before a scan came; nothing was written");
         return kInterrupted;
@@ -282,11 +323,13 @@ int run_localize(const LocalizeOptions& options) {
         print_warning("interrupted; all up to there is saved");
     }
     const std::optional<RunTruth> truth = measure(yardstick, run);
-    const Json summary = write_files(folder, options, *map, run, truth);
+    const Json summary = folder ? write_files(*folder, options, *map, run, truth)
+                                : summary_of_run(options, *map, run, truth);
     if (options.common.json) {
         print_json(summary);
     } else {
-        print_result(summary_text(run, truth) + "\nrun        " + options.out.string());
+        print_result(summary_text(run, truth) +
+                     (folder ? "\nrun        " + options.out.string() : ""));
     }
     return exit_code_of(run);
 }
@@ -305,9 +348,20 @@ void check_usage(const LocalizeOptions& options) {
     if (options.live != options.drive.empty()) {
         throw CLI::RequiredError("either DRIVE or --live");
     }
+    if (options.out.empty() && options.publish.servers.empty()) {
+        throw CLI::RequiredError("--out");
+    }
     const RobotOptions& robot = options.robot;
-    if (!options.live && (!robot.lidar.empty() || !robot.camera.empty() || robot.no_camera)) {
-        throw CLI::RequiresError("--lidar, --camera and --no-camera", "--live");
+    if (!options.live && (!robot.lidar.empty() || !robot.camera.empty() || robot.no_camera ||
+                          !robot.clock.empty() || !options.publish.servers.empty())) {
+        throw CLI::RequiresError("--lidar, --camera, --no-camera, --clock and --publish", "--live");
+    }
+    for (const std::string& server : options.publish.servers) {
+        try {
+            parse_endpoint(server);
+        } catch (const Error& error) {
+            throw CLI::ValidationError("--publish", error.what());
+        }
     }
     for (const double value : options.initial_pose) {
         if (!std::isfinite(value)) {
@@ -356,10 +410,20 @@ void add_localize_command(CLI::App& program, Action& action) {
         ->type_name("");
     command->add_flag("--live", options->live, "What the robot's devices say now, until Ctrl-C");
     add_robot_options(*command, options->robot);
-    command->add_option("-o,--out", options->out, "Folder of the run; a run in it is replaced")
-        ->required()
+    command
+        ->add_option(
+            "-o,--out", options->out,
+            "Folder of the run; a run in it is replaced. With --publish it may be left out: "
+            "then nothing is kept but the last pose, in what --resume names")
         ->type_name("DIR");
     add_start_options(*command, *options);
+    command
+        ->add_option("--publish", options->publish.servers,
+                     "Send each pose to this 'hybrid-slam drive'; as often as there are drives")
+        ->allow_extra_args(false)
+        ->type_name("tcp://HOST:PORT");
+    add_token_option(*command, options->publish.token);
+    add_clock_option(*command, options->robot.clock);
     add_yardstick_options(*command, options->yardstick, 0);
     command
         ->add_option("--map-truth", options->map_truth,

@@ -15,6 +15,9 @@ constexpr auto kFooter = R"(Examples:
   hybrid-slam map intel.clf.gz --out intel_map
   hybrid-slam relocalize intel_map intel.clf.gz --at 60
   hybrid-slam localize intel_map intel.clf.gz --out intel_run
+  hybrid-slam localize hall --live --robot forklift.yaml --publish tcp://truck:5000
+  hybrid-slam drive --map hall --vehicle forklift.yaml --can can0
+  hybrid-slam goto truck:5000 1.30,-0.15 -2.40,-1.60 --watch
   hybrid-slam compare intel.clf.gz --relations intel.relations
   hybrid-slam evaluate intel_map/trajectory.tum --relations intel.relations
   hybrid-slam optimize M3500.g2o --out M3500_opt.g2o
@@ -41,6 +44,8 @@ void describe_program(CLI::App& program, Action& action) {
     add_map_command(program, action);
     add_relocalize_command(program, action);
     add_localize_command(program, action);
+    add_drive_command(program, action);
+    add_goto_command(program, action);
     add_info_command(program, action);
     add_export_command(program, action);
     add_crop_command(program, action);
@@ -69,8 +74,9 @@ bool is_unknown_command(const CLI::App& program, const std::string& word) {
 
 int run(int argc, const char* const* argv) {
     CLI::App program(
-        "Mapping and localization for vehicles with a 2D lidar and a camera: visual odometry seeds "
-        "ICP, a pose graph refines the map. Records, calibrates, simulates and evaluates too.");
+        "Mapping, localization and navigation for vehicles with a 2D lidar and a camera: visual "
+        "odometry seeds ICP, a pose graph refines the map. Records, calibrates, simulates and "
+        "evaluates too.");
     Action action;
     describe_program(program, action);
     if (argc > 1 && is_unknown_command(program, argv[1])) {

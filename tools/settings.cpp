@@ -67,8 +67,12 @@ void describe(ConfigSchema& schema, Settings& settings) {
         describe_map(schema, settings.map);
     }
     describe_without_odometry(schema, settings.localization);
-    const ConfigSchema::Section section(schema, "anchoring");
-    describe(schema, settings.anchoring);
+    {
+        const ConfigSchema::Section section(schema, "anchoring");
+        describe(schema, settings.anchoring);
+    }
+    const ConfigSchema::Section section(schema, "surroundings");
+    describe(schema, settings.surroundings);
 }
 
 LocalizationConfig localization_of(const Settings& settings) {

@@ -11,6 +11,7 @@
 #include "hybrid_slam/localization/localizer.hpp"
 #include "hybrid_slam/logs/carmen_log.hpp"
 #include "hybrid_slam/segmentation/dnn_floor_segmenter.hpp"
+#include "hybrid_slam/vehicle/surroundings.hpp"
 #include "hybrid_slam/vision/visual_odometry.hpp"
 
 namespace hybrid_slam::tools {
@@ -32,6 +33,7 @@ struct Settings {
     OccupancyGridConfig map;
     LocalizationConfig localization;  ///< but for its odometry, which is that of `slam`
     AnchoringConfig anchoring;        ///< of a session to a stored map
+    SurroundingsConfig surroundings;  ///< what is in the way, for who drives
 };
 
 void describe(ConfigSchema& schema, Settings& settings);

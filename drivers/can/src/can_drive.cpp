@@ -265,7 +265,11 @@ void CanDrive::step(std::size_t frames) {
 CanDriveStatus CanDrive::status() const {
     const std::lock_guard<std::mutex> lock(shared_->mutex);
     CanDriveStatus status = shared_->status;
-    status.feedback_age = shared_->now() - shared_->last_feedback;
+    const double now = shared_->now();
+    status.feedback_age = now - shared_->last_feedback;
+    if (status.state != CanDriveState::kFault && status.state != CanDriveState::kHeld) {
+        status.reason = shared_->obstacle(now);
+    }
     return status;
 }
 

@@ -104,6 +104,15 @@ void Surroundings::forget() {
     scan_ = {};
 }
 
+bool Surroundings::sees_behind(const VehicleConfig& vehicle) const {
+    constexpr double kNear = 0.3;  // metres
+    bool all = !scan_.ranges.empty();
+    for (const double side : {-0.5, 0.0, 0.5}) {
+        all = all && looks_at({-vehicle.footprint_rear - kNear, side * vehicle.footprint_width});
+    }
+    return all;
+}
+
 Points Surroundings::obstacles() const {
     Points points = returns_;
     const Pose2d robot_from_map = map_from_robot_.inverse();

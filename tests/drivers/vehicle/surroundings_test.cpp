@@ -84,6 +84,17 @@ TEST(Surroundings, ForgetWhatIsSeenToBeGone) {
     EXPECT_TRUE(has(around.obstacles(), {2.5, 0.8}));
 }
 
+TEST(Surroundings, KnowWhetherTheyAreSeenBehind) {
+    Surroundings around({});
+    EXPECT_FALSE(around.sees_behind({}));
+    around.see(empty_scan(0.0), {});
+    EXPECT_FALSE(around.sees_behind({})) << "270 degrees from ahead";
+    Scan scan = empty_scan(1.0);
+    scan.robot_from_laser = {-1.1, 0.0, kPi};
+    around.see(scan, {});
+    EXPECT_TRUE(around.sees_behind({}));
+}
+
 TEST(Surroundings, MoveWithACorrectionOfThePose) {
     Surroundings around({});
     Scan scan = empty_scan(0.0);

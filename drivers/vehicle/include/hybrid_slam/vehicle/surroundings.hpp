@@ -8,6 +8,7 @@
 #include "hybrid_slam/core/measurements.hpp"
 #include "hybrid_slam/core/occupancy_grid.hpp"
 #include "hybrid_slam/core/points.hpp"
+#include "hybrid_slam/vehicle/forklift.hpp"
 
 namespace hybrid_slam {
 
@@ -37,6 +38,8 @@ class Surroundings {
     /// Where the robot is is not known any more.
     void forget();
 
+    /// Whether the newest scan looks to where the vehicle goes when it backs out straight.
+    bool sees_behind(const VehicleConfig& vehicle) const;
     /// In the robot's frame at the newest scan.
     Points obstacles() const;
     /// The same and, where the scan does not look, occupied cells of the map.
