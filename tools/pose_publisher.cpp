@@ -148,6 +148,7 @@ nlohmann::ordered_json PosePublisher::counts() const {
                        {"sent", report.sent},
                        {"replaced", report.poses_replaced},
                        {"stale", report.poses_stale},
+                       {"invalid", report.poses_invalid},
                        {"refused", report.refusals}});
     }
     return all;

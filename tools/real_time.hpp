@@ -15,6 +15,10 @@ class RealTime {
                          std::chrono::duration<double>(simulated)));
     }
 
+    double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
   private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };

@@ -17,6 +17,7 @@
 #include "messages.hpp"
 #include "progress.hpp"
 #include "real_time.hpp"
+#include "serve_options.hpp"
 #include "settings.hpp"
 
 namespace hybrid_slam::tools {
@@ -32,6 +33,7 @@ struct SimulateOptions {
     Overrides overrides;
     std::optional<int> seed;
     bool no_camera = false;
+    ServeOptions serve;
 };
 
 constexpr auto kFooter =
@@ -43,12 +45,19 @@ constexpr auto kFooter =
                    hall.truth.tum). Keys are those of the section 'simulator': speed, turn_rate, scan_rate,
                    field_of_view, range_sigma, ...
 With --serial the telegrams of such a drive come out of a pseudo-terminal in real time, as from a scanner.
+With --serve nothing drives the truck but CAN frames. In the folder appear s300, the scanner's line, and can, an
+SLCAN adapter with the truck behind it; the camera is MJPEG over HTTP; endpoints.json names all once they can be
+opened. It goes on until --duration or Ctrl-C and leaves truth.tum, bus.log (candump), events.jsonl and
+summary.json. Keys of --set are those of the section 'drive' that the sensors have.
 Examples:
   hybrid-slam simulate config/worlds/thesis_hall.yaml --path figure_eight --out sim1/
   hybrid-slam simulate config/worlds/thesis_hall.yaml --out fast/ --no-camera --seed 7 --set speed=1.5
   hybrid-slam simulate config/worlds/hall.yaml --out hall.clf
   hybrid-slam simulate config/worlds/hall.yaml --serial /tmp/s300 &
   hybrid-slam map --live --lidar /tmp/s300 --no-camera --out hall
+  hybrid-slam simulate config/worlds/thesis_hall.yaml --serve sim --start 0,1.6,0 &
+  hybrid-slam localize hall --live --lidar sim/s300 --no-camera --publish tcp://127.0.0.1:5000 &
+  hybrid-slam drive --can slcan:sim/can --map hall
 )";
 
 /// The world's own values, overridden by --set and --seed.
@@ -191,6 +200,19 @@ class VehicleRun {
     SimulatedVehicle vehicle_;
 };
 
+/// With what is not --serve's alone.
+ServeOptions served(const SimulateOptions& options) {
+    ServeOptions serve = options.serve;
+    serve.world = options.world;
+    serve.robot = options.robot;
+    serve.path = options.path;
+    serve.overrides = options.overrides;
+    serve.seed = options.seed;
+    serve.no_camera = options.no_camera;
+    serve.json = options.common.json;
+    return serve;
+}
+
 bool is_log(const std::filesystem::path& out) {
     return out.extension() == ".clf" ||
            (out.extension() == ".gz" && out.stem().extension() == ".clf");
@@ -249,12 +271,20 @@ void add_simulate_command(CLI::App& program, Action& action) {
     command->add_option("--seed", options->seed, "Of all random numbers (the world's, or 1)");
     command->add_flag("--no-camera", options->no_camera, "The lidar alone");
     add_set_option(*command, options->overrides, "speed=1.5");
+    add_serve_options(*command, options->serve);
     add_common_options(*command, options->common);
     command->footer(kFooter);
-    command->callback([options, &action] {
-        if (options->out.empty() == options->serial.empty()) {
-            throw CLI::RequiredError("either --out or --serial");
+    command->callback([options, command, &action] {
+        const bool serve = command->count("--serve") > 0;
+        if ((serve ? 1 : 0) + (options->out.empty() ? 0 : 1) + (options->serial.empty() ? 0 : 1) !=
+            1) {
+            throw CLI::RequiredError("one of --out, --serial and --serve");
         }
+        if (serve) {
+            action = [options] { return run_serve(served(*options)); };
+            return;
+        }
+        expect_served(*command);
         if (is_log(options->out) &&
             (!options->path.empty() || !options->robot.empty() || options->no_camera)) {
             throw CLI::ValidationError(

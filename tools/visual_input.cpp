@@ -17,6 +17,7 @@ class VisualInput : public Input {
 
     Source& source() override { return source_; }
     bool live() const override { return input_->live(); }
+    double now() const override { return input_->now(); }
     Json counts() const override {
         Json counts = input_->counts();
         counts["vision"] = to_json(source_.counts());

@@ -95,4 +95,8 @@ LiveStatus LiveSensors::status() const {
     return state_->shared->status();
 }
 
+double LiveSensors::now() const {
+    return state_->shared->options.now();
+}
+
 }  // namespace hybrid_slam

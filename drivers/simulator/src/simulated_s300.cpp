@@ -32,10 +32,10 @@ BeamFan fan_of(const LidarConfig& lidar) {
 
 }  // namespace
 
-SimulatedS300::SimulatedS300(const World& world, const ForkliftDrive& drive,
-                             const LidarConfig& lidar, const SimulatedDriveConfig& config)
+SimulatedS300::SimulatedS300(const World& world, const Motion& motion, const LidarConfig& lidar,
+                             const SimulatedDriveConfig& config)
     : world_(world),
-      drive_(drive),
+      motion_(motion),
       lidar_(lidar),
       config_(config),
       fan_(fan_of(lidar)),
@@ -49,8 +49,8 @@ double SimulatedS300::next_stamp() const {
     return kFirstScan + static_cast<double>(scans_) * period_;
 }
 
-bool SimulatedS300::ended() const {
-    return next_stamp() + lidar_.turn_time > drive_.duration();
+double SimulatedS300::next_end() const {
+    return next_stamp() + lidar_.turn_time;
 }
 
 /// In the order of time. An inverted scanner turns the other way: its beams are cast as a fan that
@@ -59,8 +59,8 @@ std::vector<double> SimulatedS300::true_ranges() const {
     const double start = next_stamp();
     const double sweep = static_cast<double>(fan_.beams - 1) * lidar_.time_increment();
     const Pose2d robot_from_laser = lidar_.robot_from_laser();
-    const Pose2d first = drive_.world_from_robot(start) * robot_from_laser;
-    const Pose2d last = drive_.world_from_robot(start + sweep) * robot_from_laser;
+    const Pose2d first = motion_.world_from_robot(start) * robot_from_laser;
+    const Pose2d last = motion_.world_from_robot(start + sweep) * robot_from_laser;
     const std::vector<Circle> people = world_.people_at(start + sweep / 2.0);
     if (!lidar_.upside_down) {
         return cast_fan(world_, MovingLaser{first, last}, fan_, people);

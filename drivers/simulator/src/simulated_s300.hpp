@@ -2,10 +2,10 @@
 #pragma once
 
 #include "fan_caster.hpp"
-#include "forklift_drive.hpp"
 #include "hybrid_slam/lidar/lidar_config.hpp"
 #include "hybrid_slam/lidar/lidar_reader.hpp"
 #include "hybrid_slam/simulator/simulated_vehicle.hpp"
+#include "motion.hpp"
 #include "noise.hpp"
 
 namespace hybrid_slam {
@@ -13,11 +13,11 @@ namespace hybrid_slam {
 /// The scanner of a simulated drive: one telegram after the other.
 class SimulatedS300 {
   public:
-    SimulatedS300(const World& world, const ForkliftDrive& drive, const LidarConfig& lidar,
+    SimulatedS300(const World& world, const Motion& motion, const LidarConfig& lidar,
                   const SimulatedDriveConfig& config);
 
     double next_stamp() const;  ///< seconds, of the first beam of the next scan
-    bool ended() const;         ///< no whole scan fits into the drive any more
+    double next_end() const;    ///< seconds, when the mirror has turned by it
 
     /// The next scan as it arrives.
     LidarBytes next();
@@ -27,7 +27,7 @@ class SimulatedS300 {
     std::uint16_t word_of(double distance);
 
     const World& world_;
-    const ForkliftDrive& drive_;
+    const Motion& motion_;
     LidarConfig lidar_;
     SimulatedDriveConfig config_;
     BeamFan fan_;

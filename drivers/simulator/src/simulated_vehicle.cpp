@@ -5,18 +5,14 @@
 #include <cmath>
 #include <utility>
 
-#include "camera_renderer.hpp"
+#include "checked_drive.hpp"
 #include "forklift_drive.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "noise.hpp"
+#include "simulated_camera.hpp"
 #include "simulated_s300.hpp"
 
 namespace hybrid_slam {
 namespace {
-
-constexpr std::uint64_t kCameraStream = std::uint64_t{4} << 32U;
-constexpr double kFirstImage = 0.02;     ///< seconds
-constexpr double kLeastWheelbase = 0.1;  ///< metres, to either side
 
 /// The path as often as the world's laps or the distance say.
 Points driven_path(const World& world, const std::string& path_name, double distance) {
@@ -50,67 +46,6 @@ Points driven_path(const World& world, const std::string& path_name, double dist
     return driven;
 }
 
-/// The camera of a simulated drive.
-class SimulatedCamera {
-  public:
-    SimulatedCamera(const World& world, const ForkliftDrive& drive, const CameraConfig& camera,
-                    const SimulatedDriveConfig& config)
-        : world_(world),
-          drive_(drive),
-          camera_(camera),
-          config_(config),
-          renderer_(world, camera.model, camera.mounting, config.render,
-                    kCameraStream + static_cast<std::uint64_t>(config.seed)),
-          bus_noise_(kCameraStream + static_cast<std::uint64_t>(config.seed)) {
-        draw_arrival();
-    }
-
-    double arrival() const { return arrival_; }
-    bool ended() const { return stamp() > drive_.duration(); }
-
-    CameraFrame next() {
-        const double time = stamp();
-        const Image image = renderer_.render(drive_.world_from_robot(time), drive_.twist(time),
-                                             world_.people_at(time), images_,
-                                             camera_light_at(config_.render, time));
-        CameraFrame frame{arrival_, encode_jpeg(image, config_.render.jpeg_quality)};
-        ++images_;
-        draw_arrival();
-        return frame;
-    }
-
-  private:
-    double stamp() const { return kFirstImage + static_cast<double>(images_) / camera_.rate; }
-    void draw_arrival() {
-        arrival_ = stamp() + camera_.latency + config_.camera_jitter * bus_noise_.uniform();
-    }
-
-    const World& world_;
-    const ForkliftDrive& drive_;
-    CameraConfig camera_;
-    SimulatedDriveConfig config_;
-    CameraRenderer renderer_;
-    Noise bus_noise_;
-    std::uint64_t images_ = 0;
-    double arrival_ = 0.0;
-};
-
-SimulatedDriveConfig checked(SimulatedDriveConfig config, const RobotConfig& robot) {
-    ConfigSchema schema;
-    const ConfigSchema::Section section(schema, "drive");
-    describe(schema, config);  // throws for values out of their ranges
-    if (config.speed > robot.vehicle.speed_limit) {
-        throw Error("drive.speed: above the vehicle's speed_limit");
-    }
-    if (std::abs(robot.vehicle.wheelbase) < kLeastWheelbase) {
-        throw Error("vehicle.wheelbase: too short to steer by");
-    }
-    if (robot.lidar.protocol != LidarProtocol::kS300) {
-        throw Error("lidar.protocol: the simulated scanner speaks s300 alone");
-    }
-    return config;
-}
-
 }  // namespace
 
 struct SimulatedVehicle::State {
@@ -123,6 +58,7 @@ struct SimulatedVehicle::State {
           robot_from_laser(robot.lidar.robot_from_laser()) {
         if (config.camera && robot.camera.enabled) {
             camera.emplace(world, drive, robot.camera, config);
+            renderer.emplace(world, robot.camera, config);
         }
     }
 
@@ -133,28 +69,31 @@ struct SimulatedVehicle::State {
     std::optional<LidarBytes> next_bytes;
     double next_stamp = 0.0;  ///< of these
     std::optional<SimulatedCamera> camera;
+    std::optional<MomentRenderer> renderer;
     Trajectory truth;
     double arrival = 0.0;  ///< of the newest event
 };
 
 SimulatedVehicle::SimulatedVehicle(World world, const std::string& path, const RobotConfig& robot,
                                    const SimulatedDriveConfig& config)
-    : state_(std::make_unique<State>(std::move(world), path, robot, checked(config, robot))) {}
+    : state_(std::make_unique<State>(std::move(world), path, robot, checked_drive(config, robot))) {
+}
 SimulatedVehicle::~SimulatedVehicle() = default;
 
 std::optional<SensorEvent> SimulatedVehicle::next() {
     State& state = *state_;
-    if (!state.next_bytes && !state.lidar.ended()) {
+    if (!state.next_bytes && state.lidar.next_end() <= state.drive.duration()) {
         state.next_stamp = state.lidar.next_stamp();
         state.next_bytes = state.lidar.next();
     }
-    const bool image_left = state.camera && !state.camera->ended();
+    const bool image_left = state.camera && state.camera->next_stamp() <= state.drive.duration();
     if (!state.next_bytes && !image_left) {
         return std::nullopt;
     }
     if (image_left && (!state.next_bytes || state.camera->arrival() < state.next_bytes->arrival)) {
         state.arrival = state.camera->arrival();
-        return SensorEvent(state.camera->next());
+        return SensorEvent(
+            CameraFrame{state.arrival, state.renderer->render(state.camera->next())});
     }
     state.arrival = state.next_bytes->arrival;
     state.truth.push_back({state.next_stamp, state.drive.world_from_robot(state.next_stamp)});

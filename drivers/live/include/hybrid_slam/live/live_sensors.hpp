@@ -75,6 +75,8 @@ class LiveSensors : public SensorStream {
     /// From any thread; next returns empty from then on.
     void stop();
     LiveStatus status() const;
+    /// Seconds of the clock that arrivals are of.
+    double now() const;
 
   private:
     struct State;
