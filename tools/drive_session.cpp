@@ -108,7 +108,11 @@ void DriveSession::tell(const PilotOutput& output, double now) {
         server_.publish(*output.initial_pose);
     }
     show(output.status, now);
-    if (!told_any_ || is_news(output.status, told_) || now >= next_status_) {
+    const bool is_new_pose = output.status.pose_stamp != told_.pose_stamp;
+    const bool is_due = setup_.clock.empty()
+                            ? is_news(output.status, told_) || now >= next_status_ || is_new_pose
+                            : is_new_pose;  // one answer to each pose
+    if (!told_any_ || is_due) {
         next_status_ = now + kStatusEvery;
         server_.publish(output.status);
     }

@@ -263,6 +263,7 @@ std::unique_ptr<PosePublisher> publisher_of(const LocalizeOptions& options,
     setup.vehicle = robot_of(options.robot).vehicle;
     setup.surroundings = settings.surroundings;
     setup.now = [&input] { return input.now(); };
+    setup.lockstep = !options.robot.clock.empty();
     return std::make_unique<PosePublisher>(options.publish, std::move(setup));
 }
 

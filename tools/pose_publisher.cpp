@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/vehicle/corridor.hpp"
 #include "messages.hpp"
 
@@ -53,15 +54,25 @@ PosePublisher::PosePublisher(const PublishOptions& options, Setup setup)
     }
 }
 
-void PosePublisher::listen(Server& server) {
-    for (const ServerMessage& message : server.client->received()) {
+void PosePublisher::listen(Server& server, double patience) {
+    for (const ServerMessage& message : server.client->received(patience)) {
         if (const auto* const status = std::get_if<LinkStatus>(&message)) {
             steering_ = status->steering;
+            server.answered = status->pose_stamp;
         } else if (const auto* const pose = std::get_if<LinkInitialPose>(&message)) {
             asked_ = pose->map_from_robot;
         }
     }
     tell_news(server);
+}
+
+void PosePublisher::wait_for_answer(Server& server) {
+    constexpr double kPatience = 5.0;  // seconds, of the wall clock
+    const Stopwatch clock;
+    while (sent_ && server.answered != *sent_ && clock.seconds() < kPatience &&
+           server.client->wait_connected(kPatience)) {
+        listen(server, 0.1);
+    }
 }
 
 void PosePublisher::tell_news(Server& server) const {
@@ -83,6 +94,9 @@ void PosePublisher::tell_news(Server& server) const {
 void PosePublisher::before(Localizer& localizer) {
     for (Server& server : servers_) {
         listen(server);
+        if (setup_.lockstep) {
+            wait_for_answer(server);
+        }
     }
     if (asked_) {
         print_info(fmt::format("told to begin at {:.2f}, {:.2f}, {:.0f} deg", asked_->x(),
@@ -135,8 +149,12 @@ void PosePublisher::after(const Frame& frame, const LocalizationResult& result, 
     }
     const LinkPose pose = pose_of(frame, result, known && result.map_from_robot);
     for (const Server& server : servers_) {
+        if (setup_.lockstep && !sent_) {
+            server.client->wait_connected(10.0);  // else the first pose would be lost
+        }
         server.client->send(pose);
     }
+    sent_ = pose.stamp;
 }
 
 nlohmann::ordered_json PosePublisher::counts() const {

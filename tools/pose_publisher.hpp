@@ -40,6 +40,8 @@ class PosePublisher : public LocalizationListener {
         SurroundingsConfig surroundings;
         /// Seconds of the clock that the scans' stamps are of.
         std::function<double()> now;
+        /// Time stands while others compute: each drive's answer to the pose before is waited for.
+        bool lockstep = false;
     };
     /// Throws Error for an address that is none.
     PosePublisher(const PublishOptions& options, Setup setup);
@@ -55,9 +57,11 @@ class PosePublisher : public LocalizationListener {
         std::unique_ptr<LinkClient> client;
         LinkState said = LinkState::kConnecting;
         std::string trouble;
+        double answered = 0.0;  ///< stamp of the newest pose that its drive knows
     };
 
-    void listen(Server& server);
+    void listen(Server& server, double patience = 0.0);
+    void wait_for_answer(Server& server);
     void tell_news(Server& server) const;
     void look_around(const Frame& frame, const LocalizationResult& result);
     LinkPose pose_of(const Frame& frame, const LocalizationResult& result, bool known) const;
@@ -67,6 +71,7 @@ class PosePublisher : public LocalizationListener {
     std::vector<Server> servers_;
     std::optional<Pose2d> asked_;  ///< where somebody says that the vehicle stands
     double steering_ = 0.0;        ///< radians, as the drive says
+    std::optional<double> sent_;   ///< stamp of the newest pose
 };
 
 }  // namespace hybrid_slam::tools

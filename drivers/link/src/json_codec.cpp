@@ -93,6 +93,7 @@ struct ToJson {
                      {"state", word_of(kDriveStateWords, status.state)},
                      {"speed", status.speed},
                      {"steering", status.steering},
+                     {"pose_stamp", status.pose_stamp},
                      {"waypoints_left", status.waypoints_left},
                      {"remaining", status.remaining}};
         put_text(json, "reason", status.reason);
@@ -229,6 +230,7 @@ LinkStatus read_status(const JsonFields& fields) {
         status.map_from_robot = read_pose(fields);
         status.pose_age = fields.number("pose_age");
     }
+    status.pose_stamp = fields.maybe_number("pose_stamp").value_or(0.0);
     status.speed = fields.number("speed");
     status.steering = fields.number("steering");
     status.waypoints_left = fields.whole("waypoints_left");

@@ -97,6 +97,7 @@ void check(const LinkStatus& status) {
         check_heading(status.map_from_robot->heading);
     }
     check_range("pose_age", status.pose_age, 0.0, kLatestStamp);
+    check_range("pose_stamp", status.pose_stamp, -kLatestStamp, kLatestStamp);
     check_range("speed", status.speed, -1000.0, 1000.0);
     check_range("steering", status.steering, -kMostTurn, kMostTurn);
     check_range("waypoints_left", status.waypoints_left, 0.0, 1e6);

@@ -329,6 +329,7 @@ void Pilot::State::tell(double now) {
     status.map = map;
     status.map_from_robot = poses.last_known();
     status.pose_age = status.map_from_robot ? std::max(0.0, poses.age(now)) : 0.0;
+    status.pose_stamp = poses.newest_stamp();
     status.speed = speed;
     status.steering = steering;
     status.waypoints_left = waypoints_left();

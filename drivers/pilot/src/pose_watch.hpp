@@ -28,6 +28,7 @@ class PoseWatch {
     std::optional<PoseReading> fresh(double now);
     /// The newest that was known.
     const std::optional<Pose2d>& last_known() const { return last_known_; }
+    double newest_stamp() const { return pose_.stamp; }
     /// Seconds since that came.
     double age(double now) const { return now - last_known_arrival_; }
     /// Metres that are free now in the corridor of the newest pose; 0 when nobody says so.

@@ -39,6 +39,7 @@ inline LinkStatus some_status() {
     status.map = "hall";
     status.map_from_robot = Pose2d(1.3, -0.15, 0.1234);
     status.pose_age = 0.052;
+    status.pose_stamp = 1712.25;
     status.speed = 0.25;
     status.steering = -0.125;
     status.waypoints_left = 2;
