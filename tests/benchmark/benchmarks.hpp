@@ -76,4 +76,17 @@ int run_live_benchmark(double minutes, std::ostream& out);
 /// last byte to the pose.
 int run_pipeline_benchmark(const std::filesystem::path& worlds, double minutes, std::ostream& out);
 
+struct NavigationOptions {
+    std::filesystem::path program;    ///< hybrid-slam
+    std::filesystem::path worlds;     ///< of config
+    int seeds = 10;                   ///< 1 to this, of the tables
+    int runs = 0;                     ///< of each fault, random trips; 0: 20 and 100
+    std::vector<std::string> topics;  ///< of navigation_topics
+};
+std::vector<std::string> navigation_topics();
+
+/// The forklift in a closed loop of processes, as a user runs them: the thesis's tour, random trips,
+/// faults, latency.
+int run_navigation_benchmark(const NavigationOptions& options, std::ostream& out);
+
 }  // namespace hybrid_slam

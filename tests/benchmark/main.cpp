@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
     hybrid_slam::LocalizationOptions localization;
     localization.worlds = HYBRID_SLAM_WORLDS_DIR;
     localization.topics = hybrid_slam::localization_topics();
+    hybrid_slam::NavigationOptions navigation;
     const std::vector<Part> all{
         {"pairs", [&] { return hybrid_slam::run_pairs_benchmark(shared, std::cout); }},
         {"graphs", [&] { return hybrid_slam::run_graphs_benchmark(shared, std::cout); }},
@@ -56,6 +57,13 @@ int main(int argc, char** argv) {
              localization.seeds = vision.seeds;
              return hybrid_slam::run_localization_benchmark(localization, std::cout);
          }},
+#ifdef HYBRID_SLAM_PROGRAM
+        {"navigation",
+         [&] {
+             navigation.seeds = vision.seeds;
+             return hybrid_slam::run_navigation_benchmark(navigation, std::cout);
+         }},
+#endif
         {"recording", [&] { return hybrid_slam::run_recording_benchmark(std::cout); }},
         {"s300", [&] { return hybrid_slam::run_s300_benchmark(shared, megabytes, std::cout); }},
         {"live", [&] { return hybrid_slam::run_live_benchmark(minutes, std::cout); }},
@@ -68,11 +76,11 @@ int main(int argc, char** argv) {
     std::vector<std::string> chosen;
     for (const Part& part : all) {
         names.push_back(part.name);
-        if (part.name != "live" && part.name != "pipeline") {
+        if (part.name != "live" && part.name != "pipeline" && part.name != "navigation") {
             chosen.push_back(part.name);
         }
     }
-    app.add_option("parts", chosen, "what to measure (all but live and pipeline by default)")
+    app.add_option("parts", chosen, "what to measure (all but live, pipeline and navigation by default)")
         ->check(CLI::IsMember(names));
     app.add_option("--shared", shared,
                    "folder that holds data/slam2d, posegraph, s300_telegrams and kitti");
@@ -81,7 +89,7 @@ int main(int argc, char** argv) {
     app.add_option("--megabytes", megabytes, "of torture for s300")->check(CLI::Range(1.0, 1e6));
     app.add_option("--minutes", minutes, "of live and pipeline, in real time")
         ->check(CLI::Range(0.05, 1e4));
-    app.add_option("--seeds", vision.seeds, "of vision and localization, 1 to this")
+    app.add_option("--seeds", vision.seeds, "of vision, localization and navigation, 1 to this")
         ->check(CLI::Range(1, 1000));
     app.add_option("--topics", vision.topics, "of vision (all by default)")
         ->check(CLI::IsMember(hybrid_slam::vision_topics()));
@@ -89,6 +97,16 @@ int main(int argc, char** argv) {
         ->check(CLI::IsMember(hybrid_slam::localization_topics()));
     app.add_option("--poses", localization.poses, "random ones of localization")
         ->check(CLI::Range(1, 1000000));
+#ifdef HYBRID_SLAM_PROGRAM
+    navigation.program = HYBRID_SLAM_PROGRAM;
+    navigation.worlds = HYBRID_SLAM_WORLDS_DIR;
+    navigation.topics = hybrid_slam::navigation_topics();
+    app.add_option("--program", navigation.program, "hybrid-slam, of navigation");
+    app.add_option("--loops", navigation.topics, "of navigation (all by default)")
+        ->check(CLI::IsMember(hybrid_slam::navigation_topics()));
+    app.add_option("--runs", navigation.runs, "of each fault and random trips of navigation")
+        ->check(CLI::Range(1, 100000));
+#endif
     CLI11_PARSE(app, argc, argv);
     int misses = 0;
     try {

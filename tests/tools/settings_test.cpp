@@ -8,6 +8,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "drive_settings.hpp"
 #include "support/error_of.hpp"
 #include "support/temp_folder.hpp"
 
@@ -40,6 +41,26 @@ TEST(Settings, DefaultFileIsWhatHoldsWithoutAFile) {
     const std::string expected = to_yaml(Settings{});
     EXPECT_EQ(without_heading(bytes_of(kConfigs / "default.yaml")), expected)
         << "to renew it, keep its heading and take the config.yaml of a map made without --config";
+}
+
+TEST(Settings, DriveFileIsWhatHoldsWithoutAFile) {
+#ifndef HYBRID_SLAM_HAS_FLEET
+    GTEST_SKIP() << "without MQTT there are fewer keys";
+#endif
+    EXPECT_EQ(without_heading(bytes_of(kConfigs / "drive.yaml")), to_yaml(tools::DriveSettings{}));
+    EXPECT_EQ(to_yaml(tools::load_drive_settings(kConfigs / "drive.yaml", {})),
+              to_yaml(tools::DriveSettings{}));
+}
+
+TEST(Settings, MistakesInADriveFileNameTheLineAndTheKey) {
+    const TempFolder folder;
+    const auto mistake = [&](const std::string& text) {
+        return error_of([&] { tools::load_drive_settings(folder.write("d.yaml", text), {}); });
+    };
+    EXPECT_THAT(mistake("follower:\n  speed: 1\n"), ::testing::HasSubstr("d.yaml:2"));
+    EXPECT_THAT(mistake("pilot: {pose_valid: 60}\n"), ::testing::HasSubstr("pilot.pose_valid"));
+    EXPECT_THAT(error_of([] { tools::load_drive_settings({}, {"planner.cell=0"}); }),
+                ::testing::HasSubstr("planner.cell"));
 }
 
 const tools::Variant& named(const std::vector<tools::Variant>& variants, const std::string& name) {

@@ -11,5 +11,7 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 find_program(HYBRID_SLAM_CCACHE ccache DOC "Compiler cache, used when found")
 mark_as_advanced(HYBRID_SLAM_CCACHE)
 if(HYBRID_SLAM_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${HYBRID_SLAM_CCACHE})
+  # Tests have precompiled headers, which ccache takes only when it is told to.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
+                                  ${HYBRID_SLAM_CCACHE})
 endif()

@@ -36,6 +36,11 @@ if(BUILD_SHARED_LIBS)
 else()
   set(HYBRID_SLAM_SHARED OFF)
 endif()
+if(TARGET hybrid_slam_fleet)
+  set(HYBRID_SLAM_FLEET_BUILT ON)
+else()
+  set(HYBRID_SLAM_FLEET_BUILT OFF)
+endif()
 configure_package_config_file(
   ${CMAKE_CURRENT_LIST_DIR}/hybrid_slam-config.cmake.in
   ${PROJECT_BINARY_DIR}/hybrid_slam-config.cmake

@@ -17,7 +17,7 @@ namespace hybrid_slam {
 namespace {
 
 /// What else a robot file says: at the top, and of the camera.
-constexpr std::array<std::string_view, 3> kRobotKeys{"name", "lidar", "vehicle"};
+constexpr std::array<std::string_view, 4> kRobotKeys{"name", "lidar", "vehicle", "can"};
 constexpr std::array<std::string_view, 5> kCameraKeys{"enabled", "device", "rate", "latency",
                                                       "stall_after"};
 

@@ -121,7 +121,7 @@ TEST(CameraFile, ReadsAWholeRobotFile) {
     EXPECT_EQ(file.mounting.roll, radians(1.5));
     EXPECT_THAT(file.other_keys,
                 ElementsAre("name", "lidar", "camera.enabled", "camera.device", "camera.rate",
-                            "camera.latency", "camera.stall_after", "vehicle"));
+                            "camera.latency", "camera.stall_after", "vehicle", "can"));
 }
 
 TEST(CameraFile, ReadsTheRobotsOfTheProject) {

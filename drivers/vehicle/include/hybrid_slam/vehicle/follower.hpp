@@ -13,10 +13,10 @@
 namespace hybrid_slam {
 
 struct FollowerConfig {
-    double speed_limit = 0.30;              ///< m/s
-    double turn_rate_limit = 0.4;           ///< rad/s of the vehicle; slower where the way bends
-    double braking = 0.15;                  ///< m/s^2 that is planned; the vehicle must do better
-    double convergence = 0.4;               ///< metres; three of it leave a fifth of a deviation
+    double speed_limit = 0.30;               ///< m/s
+    double turn_rate_limit = radians(23.0);  ///< rad/s of the vehicle; slower where the way bends
+    double braking = 0.15;                   ///< m/s^2 that is planned; the vehicle must do better
+    double convergence = 0.4;                ///< metres; three of it leave a fifth of a deviation
     double steering_window = 0.2;           ///< metres over which a step of the curvature is spread
     double wheel_tolerance = radians(1.0);  ///< of the wheel before the vehicle starts
     double wheel_far = radians(20.0);       ///< of the wheel; more: stop and turn it

@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all test programs have precompiled; see hybrid_slam_test.
