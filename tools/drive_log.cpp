@@ -115,16 +115,26 @@ void DriveLog::keep_route(const Route* route) {
     had_route_ = route != nullptr;
 }
 
+/// A disk that is full must not stop a vehicle, nor leave it without its driver.
 void DriveLog::look(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
                     const Route* route) {
+    try {
+        write(now, output, pose, route);
+    } catch (const Error& error) {
+        print_warning(std::string(error.what()) + "; nothing more is written down");
+        driven_.reset();
+        events_.reset();
+    }
+}
+
+void DriveLog::write(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
+                     const Route* route) {
     keep_route(route);
     look_at_status(now, output.status);
     if (pose && pose->is_known() && pose->stamp != pose_stamp_) {
         pose_stamp_ = pose->stamp;
-        if (last_pose_ && route != nullptr) {
-            path_ += between(*last_pose_, pose->map_from_robot).translation.norm();
-        }
         last_pose_ = pose->map_from_robot;
+        add_way(route != nullptr);
         if (events_ && route != nullptr && poses_.size() < kMostPoses) {
             poses_.push_back({pose->stamp, pose->map_from_robot});
         }
@@ -144,6 +154,20 @@ void DriveLog::look(double now, const PilotOutput& output, const std::optional<L
     if (now >= next_flush_) {
         next_flush_ = now + kFlushEvery;
         flush();
+    }
+}
+
+/// In steps that are longer than a pose's noise.
+void DriveLog::add_way(bool drives) {
+    constexpr double kStep = 0.05;  // metres
+    if (!drives || !way_from_) {
+        way_from_ = last_pose_;
+        return;
+    }
+    const double step = between(*way_from_, *last_pose_).translation.norm();
+    if (step > kStep) {
+        path_ += step;
+        way_from_ = last_pose_;
     }
 }
 

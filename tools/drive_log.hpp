@@ -29,7 +29,7 @@ class DriveLog {
     /// Throws Error for a folder that holds something that is no drive.
     explicit DriveLog(const std::filesystem::path& folder_or_empty);
 
-    /// Each cycle. `now`: seconds.
+    /// Each cycle. `now`: seconds. When the disk is full it says so and writes no more.
     void look(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
               const Route* route);
     void event(double now, const std::string& what, const nlohmann::ordered_json& details);
@@ -45,6 +45,9 @@ class DriveLog {
     nlohmann::ordered_json finish(const Ending& ending);
 
   private:
+    void write(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
+               const Route* route);
+    void add_way(bool drives);
     void look_at_status(double now, const LinkStatus& status);
     void keep_route(const Route* route);
 
@@ -57,7 +60,8 @@ class DriveLog {
     double next_flush_ = 0.0;
     double pose_stamp_ = 0.0;
     std::optional<Pose2d> last_pose_;
-    double path_ = 0.0;  ///< metres by the poses
+    std::optional<Pose2d> way_from_;  ///< up to where the way is counted
+    double path_ = 0.0;               ///< metres by the poses
     std::size_t arrivals_ = 0;
     std::size_t stops_ = 0;
     bool had_route_ = false;

@@ -57,19 +57,33 @@ DriveSession::DriveSession(DriveSetup setup)
     print_info("listening on " + server_.endpoint().text());
 }
 
+/// What strangers can cause must not fill a log: a few lines at once, then one a second.
+void DriveSession::say(double now, const std::string& text) {
+    constexpr double kMostAtOnce = 20.0;
+    may_say_ = std::min(kMostAtOnce, may_say_ + (now - said_at_));
+    said_at_ = now;
+    if (may_say_ < 1.0) {
+        ++unsaid_;
+        return;
+    }
+    may_say_ -= 1.0;
+    line_.clear();
+    if (unsaid_ > 0) {
+        print_info(fmt::format("{} about clients left out", counted(unsaid_, "message")));
+        unsaid_ = 0;
+    }
+    print_info(text);
+}
+
 void DriveSession::take_note(const std::vector<LinkEvent>& events, double now) {
     for (const LinkEvent& event : events) {
-        if (const auto* const pose = std::get_if<LinkPose>(&event.what)) {
-            pose_ = *pose;
-        } else if (const auto* const who = std::get_if<LinkConnected>(&event.what)) {
-            line_.clear();
-            print_info(fmt::format("{} {} connected{}", word_for(event.role), event.client,
-                                   who->name.empty() ? "" : ": " + who->name));
+        if (const auto* const who = std::get_if<LinkConnected>(&event.what)) {
+            say(now, fmt::format("{} {} connected{}", word_for(event.role), event.client,
+                                 who->name.empty() ? "" : ": " + who->name));
             log_.event(now, "connected",
                        {{"client", event.client}, {"role", word_for(event.role)}});
         } else if (const auto* const why = std::get_if<LinkDisconnected>(&event.what)) {
-            line_.clear();
-            print_info(
+            say(now,
                 fmt::format("{} {} is gone: {}", word_for(event.role), event.client, why->reason));
             log_.event(now, "disconnected", {{"client", event.client}, {"reason", why->reason}});
         } else if (const auto* const goals = std::get_if<LinkGoals>(&event.what)) {
@@ -118,7 +132,10 @@ void DriveSession::tell(const PilotOutput& output, double now) {
     }
     told_ = output.status;
     told_any_ = true;
-    fleet_.publish({output.status, pose_, truck_->status().feedback.battery});
+    if (!output.news.empty()) {
+        say(now, output.news);
+    }
+    fleet_.publish({output.status, output.pose, truck_->status().feedback.battery});
 }
 
 PilotOutput DriveSession::cycle(double now, double seconds, std::vector<LinkEvent> events) {
@@ -133,7 +150,7 @@ PilotOutput DriveSession::cycle(double now, double seconds, std::vector<LinkEven
     PilotOutput output = pilot_.step(input);
     truck_->apply(output);
     routes_.serve(pilot_);
-    log_.look(now, output, pose_, pilot_.route());
+    log_.look(now, output, output.pose, pilot_.route());
     tell(output, now);
     return output;
 }

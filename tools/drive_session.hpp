@@ -44,6 +44,7 @@ class DriveSession {
     void run_in_lockstep();
     /// One cycle: `events` are those that came since the one before.
     PilotOutput cycle(double now, double seconds, std::vector<LinkEvent> events);
+    void say(double now, const std::string& text);
     void take_note(const std::vector<LinkEvent>& events, double now);
     void tell(const PilotOutput& output, double now);
     void show(const LinkStatus& status, double now);
@@ -58,7 +59,9 @@ class DriveSession {
     RouteFinder routes_;
     FleetPort fleet_;
     std::unique_ptr<TruckPort> truck_;
-    std::optional<LinkPose> pose_;  ///< the newest of the source that is listened to
+    double may_say_ = 20.0;   ///< messages about clients
+    double said_at_ = 0.0;    ///< seconds
+    std::size_t unsaid_ = 0;  ///< messages
     LinkStatus told_;
     bool told_any_ = false;
     double next_status_ = 0.0;  ///< seconds

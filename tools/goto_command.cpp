@@ -28,16 +28,17 @@ struct GotoOptions {
     std::string token;
     bool append = false;
     bool watch = false;
-    double timeout = 5.0;  ///< seconds
-    std::vector<LinkCommand> commands;
+    double timeout = 5.0;               ///< seconds
+    std::vector<LinkCommand> commands;  ///< one at most
 };
 
 constexpr auto kFooter =
     R"(Places are in the map, of the middle of the vehicle's fixed axle; all but the last are passed, at the last one it
 stops. A third number is the heading there in degrees. Without --append they come instead of those that wait.
-Without places, commands alone are sent; with --watch alone nothing is.
-Exit codes: 0 taken; with --watch: arrived; 1 refused, not reachable, ended before; 2 wrong usage;
-            3 interrupted while watching: the vehicle drives on (--cancel stops it).
+A command is done when the drive's status shows it. Without places and commands it shows what the vehicle does, until
+Ctrl-C. A pause is ended by --resume alone, not by other places.
+Exit codes: 0 taken, or done; with --watch: arrived; 1 refused, not confirmed, not reachable, ended before;
+            2 wrong usage; 3 interrupted while watching: the vehicle drives on (--cancel stops it).
 Examples:
   hybrid-slam goto truck:5000 1.30,-0.15 -2.40,-1.60 --watch
   hybrid-slam goto truck:5000 3,1.5,90 --append
@@ -188,14 +189,47 @@ class Visit {
         if (!sent) {
             throw Error(options_.server + ": the connection is gone");
         }
+        orders_ = options_.commands.size() + (options_.here.empty() ? 0 : 1) +
+                  (options_.places.empty() ? 0 : 1);
     }
+
+    /// Whether a status shows that what was sent has come about. One from before never does: a
+    /// command that changes nothing would, and is told so at once.
+    bool is_done(const LinkStatus& status) const {
+        bool done = id_.empty() || status.goals == id_;
+        const bool is_paused = status.state == LinkDriveState::kPaused;
+        for (const LinkCommand command : options_.commands) {
+            switch (command) {
+                case LinkCommand::kCancel:
+                    done = done && (!id_.empty() || status.waypoints_left == 0);
+                    break;
+                case LinkCommand::kPause:
+                    done = done && (is_paused || status.mode == LinkMode::kManual ||
+                                    status.state == LinkDriveState::kFault);
+                    break;
+                case LinkCommand::kResume:
+                    done = done && !is_paused;
+                    break;
+                case LinkCommand::kManual:
+                    done = done && status.mode == LinkMode::kManual;
+                    break;
+                case LinkCommand::kAutomatic:
+                    done = done && status.mode == LinkMode::kAutomatic;
+                    break;
+            }
+        }
+        return done && is_on_its_way();
+    }
+
+    /// All that was to be sent has been given to the network.
+    bool is_on_its_way() const { return client_->report().sent >= orders_; }
 
     /// The next status; empty after a while, or when something was refused.
     void listen(double seconds) {
         for (const ServerMessage& message : client_->received(seconds)) {
             if (const auto* const status = std::get_if<LinkStatus>(&message)) {
                 status_ = *status;
-                is_taken_ = is_taken_ || id_.empty() || status->goals == id_;
+                is_taken_ = is_done(*status);
             } else if (const auto* const refusal = std::get_if<LinkRefusal>(&message)) {
                 refusal_ = refusal->reason;
             }
@@ -215,10 +249,13 @@ class Visit {
             }
             if (is_taken_ && status_) {
                 taken_at = taken_at < 0.0 ? clock.seconds() : taken_at;
-                const bool is_under_way = status_->state == LinkDriveState::kDriving;
+                const bool is_under_way =
+                    !id_.empty() && status_->state == LinkDriveState::kDriving;
                 if (watches_ || is_under_way || clock.seconds() - taken_at > kSettling) {
                     return true;
                 }
+            } else {
+                taken_at = -1.0;  // what seemed to be done was an earlier state of things
             }
             if (clock.seconds() > options_.timeout) {
                 print_error(options_.server + ": does not confirm what was sent");
@@ -310,6 +347,7 @@ class Visit {
     std::unique_ptr<LinkClient> client_;
     bool watches_ = false;
     std::string id_;
+    std::size_t orders_ = 0;  ///< lines that were sent
     bool is_taken_ = false;
     std::optional<LinkStatus> status_;
     std::string refusal_;
@@ -336,6 +374,16 @@ void check_usage(const GotoOptions& options) {
     if (options.append && options.places.empty()) {
         throw CLI::RequiresError("--append", "places");
     }
+    const std::size_t things =
+        options.commands.size() + (options.here.empty() ? 0 : 1) + (options.places.empty() ? 0 : 1);
+    const bool may_go_together = options.commands.size() == 1 && options.here.empty() &&
+                                 (options.commands[0] == LinkCommand::kAutomatic ||
+                                  options.commands[0] == LinkCommand::kResume);
+    if (things > 1 && !may_go_together) {
+        throw CLI::ValidationError(
+            "one command or places, please; with places only --resume or "
+            "--automatic");
+    }
 }
 
 void add_command_flag(CLI::App& command, const std::shared_ptr<GotoOptions>& options,
@@ -356,7 +404,7 @@ void add_goto_command(CLI::App& program, Action& action) {
     command->add_option("PLACES", options->places, "X,Y or X,Y,HEADING each: metres, degrees")
         ->type_name("");
     command->add_flag("--append", options->append, "Behind the places that wait");
-    command->add_flag("--watch", options->watch, "Show what it does until it has arrived");
+    command->add_flag("--watch", options->watch, "Show what it does until it has arrived there");
     add_command_flag(*command, options, "--cancel", LinkCommand::kCancel,
                      "Stop, forget the places");
     add_command_flag(*command, options, "--pause", LinkCommand::kPause, "Stop, keep the places");

@@ -7,6 +7,7 @@
 #include "frame_stream.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
+#include "messages.hpp"
 #include "pose_trust.hpp"
 
 namespace hybrid_slam::tools {
@@ -44,7 +45,9 @@ class Runner {
             }
             run_.interrupted = interrupted();
         }
-        log_.save();
+        if (!has_warned_) {
+            log_.save();
+        }
         run_.scans = stream_.frames();
         run_.recorded = stream_.recorded();
         run_.input = input_.counts();
@@ -73,9 +76,24 @@ class Runner {
         if (listener_ != nullptr) {
             listener_->after(frame, result, trust_.known());
         }
-        log_.add(result, trust_.sure());
+        write_down(result);
         count(result);
         monitor_.look(result, {input_.source().progress(), stream_.frames(), stream_.recorded()});
+    }
+
+    /// While others drive by it, a full disk is no reason to end.
+    void write_down(const LocalizationResult& result) {
+        try {
+            log_.add(result, trust_.sure());
+        } catch (const Error& error) {
+            if (listener_ == nullptr) {
+                throw;
+            }
+            if (!has_warned_) {
+                print_warning(std::string(error.what()) + "; the run goes on without its files");
+                has_warned_ = true;
+            }
+        }
     }
 
     void count(const LocalizationResult& result) {
@@ -139,6 +157,7 @@ class Runner {
     LocalizationRun run_;
     std::optional<double> first_stamp_;
     bool was_known_ = false;
+    bool has_warned_ = false;  ///< of files that cannot be written
     Pose2d last_;
 };
 

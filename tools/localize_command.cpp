@@ -423,6 +423,10 @@ void add_localize_command(CLI::App& program, Action& action) {
                      "Send each pose to this 'hybrid-slam drive'; as often as there are drives")
         ->allow_extra_args(false)
         ->type_name("tcp://HOST:PORT");
+    command
+        ->add_option("--name", options->publish.name,
+                     "By which drives know this source (their pilot.pose_source)")
+        ->type_name("TEXT");
     add_token_option(*command, options->publish.token);
     add_clock_option(*command, options->robot.clock);
     add_yardstick_options(*command, options->yardstick, 0);

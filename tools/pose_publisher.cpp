@@ -46,7 +46,7 @@ PosePublisher::PosePublisher(const PublishOptions& options, Setup setup)
         LinkClientConfig config;
         config.server = address;
         config.token = options.token;
-        config.name = "hybrid-slam localize";
+        config.name = options.name;
         Server server;
         server.name = address;
         server.client = std::make_unique<LinkClient>(config, LinkRole::kPose);

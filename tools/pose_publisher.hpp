@@ -27,6 +27,7 @@ void add_token_option(CLI::App& command, std::string& token);
 struct PublishOptions {
     std::vector<std::string> servers;  ///< tcp://host:port
     std::string token;
+    std::string name = "hybrid-slam localize";  ///< a drive may listen to one name alone
 };
 
 /// Sends each pose of a localization to the drives that want it, with what is free in the corridor

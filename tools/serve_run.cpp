@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "hybrid_slam/core/error.hpp"
 #include "interrupt.hpp"
 #include "messages.hpp"
 #include "serve_images.hpp"
@@ -112,6 +113,16 @@ void serve_in_lockstep(const ServeScene& scene, const ServeOptions& options, Ser
     }
 }
 
+/// What is in the folder is replaced, so it must be from a run like this.
+void expect_own(const std::filesystem::path& folder) {
+    if (std::filesystem::is_directory(folder) && !std::filesystem::is_empty(folder) &&
+        !std::filesystem::exists(folder / "bus.log")) {
+        throw Error(folder.string() +
+                    ": is not empty and nothing was served in it, so it is left "
+                    "alone");
+    }
+}
+
 void forget_last_run(const std::filesystem::path& folder) {
     std::error_code ignored;
     std::filesystem::remove(folder / "endpoints.json", ignored);
@@ -122,6 +133,7 @@ void forget_last_run(const std::filesystem::path& folder) {
 
 int run_serve(const ServeOptions& options) {
     catch_interrupts();
+    expect_own(options.folder);
     forget_last_run(options.folder);
     const ServeScene scene(options);
     ServeStage stage(scene, options);

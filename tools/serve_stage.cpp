@@ -31,6 +31,11 @@ SimulatedDriveConfig config_of(const ServeOptions& options) {
 
 Pose2d start_of(const World& world, const ServeOptions& options) {
     if (!options.start.empty()) {
+        for (const double number : options.start) {
+            if (!std::isfinite(number)) {
+                throw Error("--start: must be three numbers");
+            }
+        }
         return {options.start[0], options.start[1], normalize_angle(radians(options.start[2]))};
     }
     const Points& path = world.path_named(options.path);

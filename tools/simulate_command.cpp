@@ -281,6 +281,9 @@ void add_simulate_command(CLI::App& program, Action& action) {
             throw CLI::RequiredError("one of --out, --serial and --serve");
         }
         if (serve) {
+            if (options->serve.images && !options->serve.lockstep) {
+                throw CLI::RequiresError("--images", "--lockstep");
+            }
             action = [options] { return run_serve(served(*options)); };
             return;
         }

@@ -38,6 +38,21 @@ bool may_send(LinkRole role, const ClientMessage& message) {
 
 }  // namespace
 
+/// Who can stop the vehicle must not be kept out by those who only look on.
+bool ServerShared::make_room_for(LinkRole role) {
+    if (role == LinkRole::kWatch) {
+        return false;
+    }
+    for (const auto& [id, connection] : connections) {
+        if (connection->is_watching()) {
+            const std::shared_ptr<Connection> watcher = connection;
+            watcher->send_away("room is needed for a client that does more than watch");
+            return true;
+        }
+    }
+    return false;
+}
+
 ServerShared::ServerShared(const LinkServerConfig& server_config)
     : config(server_config), events(kMostEvents) {}
 
@@ -141,7 +156,7 @@ const char* Connection::objection(const LinkHello& hello) const {
     if (!shared_.config.token.empty() && !same(shared_.config.token, hello.token)) {
         return "wrong token";
     }
-    if (shared_.admitted >= shared_.config.most_clients) {
+    if (shared_.admitted >= shared_.config.most_clients && !shared_.make_room_for(hello.role)) {
         return "too many clients";
     }
     return nullptr;
@@ -234,6 +249,11 @@ void Connection::publish(const StatusLines& lines) {
     if (stage_ == Stage::kAdmitted) {
         enqueue(is_text_ ? lines.text : lines.json);
     }
+}
+
+void Connection::send_away(const std::string& reason) {
+    say(LinkRefusal{reason});
+    leave(reason);
 }
 
 void Connection::tell_source(const ServerMessage& message) {

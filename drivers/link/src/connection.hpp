@@ -38,6 +38,9 @@ struct ServerShared {
         change(counts);
     }
 
+    /// Sends a watcher away for a client of that role, if there is one and it needs to be.
+    bool make_room_for(LinkRole role);
+
     LinkServerConfig config;
     EventBox events;
     std::mutex mutex;
@@ -55,6 +58,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void start();
     void publish(const StatusLines& lines);
     void tell_source(const ServerMessage& message);
+    bool is_watching() const { return stage_ == Stage::kAdmitted && role_ == LinkRole::kWatch; }
+    bool is_stranger() const { return stage_ == Stage::kNew; }
+    void send_away(const std::string& reason);
+    void drop() { close("room is needed"); }
     /// The line was good, but what it asks for is not done.
     void object(const std::string& reason);
 

@@ -112,7 +112,17 @@ struct LinkServer::Impl {
         const auto admitted = static_cast<std::size_t>(shared.admitted);
         if (shared.connections.size() - admitted >= kMostStrangers) {
             shared.count([](LinkServerCounts& counts) { ++counts.turned_away; });
-            return;
+            // The one that has been silent for the longest; who has something to say says it.
+            for (const auto& [id, connection] : shared.connections) {
+                if (connection->is_stranger()) {
+                    const std::shared_ptr<Connection> silent = connection;
+                    silent->drop();
+                    break;
+                }
+            }
+            if (shared.connections.size() - admitted >= kMostStrangers) {
+                return;  // all of them are on their way out
+            }
         }
         const std::uint64_t id = ++last_id;
         const auto connection = std::make_shared<Connection>(std::move(socket), id, shared);

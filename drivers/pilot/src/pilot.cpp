@@ -68,10 +68,12 @@ struct Pilot::State {
 
     PilotOutput step(const PilotInput& input);
     void take(const LinkEvent& event, const LinkGoals& goals);
+    void take(const LinkEvent& event, const LinkInitialPose& pose);
     void take(LinkCommand command);
     void take(const LinkEvent& event);
     void lose(std::uint64_t client);
     void abandon(std::string why);
+    void pause(std::string why);
     void look_at_drive(const PilotInput& input);
     void rest(const PilotInput& input);
     void go(const PilotInput& input);
@@ -121,11 +123,14 @@ void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
         out.refusals.push_back({event.client, "goals: the vehicle is in manual mode"});
         return;
     }
+    if (!fault.empty()) {
+        // It must not move by itself as soon as somebody has mended it.
+        out.refusals.push_back({event.client, "goals: the drive has a fault: " + fault});
+        return;
+    }
     if (!wanted.append) {
         queue.clear();
         dropping = active.has_value();
-        paused = false;
-        why_paused.clear();
     }
     queue.push_back({waypoints_of(wanted), event.client});
     goals = wanted.id;
@@ -145,8 +150,6 @@ void Pilot::State::take(LinkCommand command) {
     switch (command) {
         case LinkCommand::kCancel:
             abandon("cancelled");
-            paused = false;
-            why_paused.clear();
             break;
         case LinkCommand::kPause:
             paused = true;
@@ -165,6 +168,19 @@ void Pilot::State::take(LinkCommand command) {
         case LinkCommand::kAutomatic:
             mode = LinkMode::kAutomatic;
             break;
+    }
+}
+
+/// A vehicle that is on its way must not be put elsewhere.
+void Pilot::State::take(const LinkEvent& event, const LinkInitialPose& pose) {
+    if (active || !queue.empty() || !standing) {
+        out.refusals.push_back(
+            {event.client, "initial pose: the vehicle must stand, without places to go to"});
+    } else if (!poses.has_source()) {
+        out.refusals.push_back({event.client, "initial pose: no SLAM is connected"});
+    } else {
+        poses.expect_jump();
+        out.initial_pose = pose;
     }
 }
 
@@ -192,10 +208,17 @@ void Pilot::State::take(const LinkEvent& event) {
     } else if (const auto* const command = std::get_if<LinkCommand>(&event.what)) {
         take(*command);
     } else if (const auto* const pose_told = std::get_if<LinkInitialPose>(&event.what)) {
-        out.initial_pose = *pose_told;
+        take(event, *pose_told);
+    } else if (const auto* const who = std::get_if<LinkConnected>(&event.what)) {
+        poses.connected(event.client, who->name);
     } else if (std::holds_alternative<LinkDisconnected>(event.what)) {
         lose(event.client);
     }
+}
+
+void Pilot::State::pause(std::string why) {
+    paused = true;
+    why_paused = std::move(why);
 }
 
 void Pilot::State::look_at_drive(const PilotInput& input) {
@@ -203,11 +226,11 @@ void Pilot::State::look_at_drive(const PilotInput& input) {
     speed = std::isfinite(told) ? told : 0.0;
     steering = input.drive.steering.value_or(last.command.steering);
     standing = std::abs(speed) < kStanding;
-    poses.drive(input.now, speed * input.seconds);
-    if (fault.empty() && !input.drive.fault.empty() && active) {
+    // What was only commanded, in a dry run, moves nobody.
+    poses.drive(input.now, input.drive.speed ? speed * input.seconds : 0.0);
+    if (fault.empty() && !input.drive.fault.empty() && (active || !queue.empty())) {
         // It must not start again by itself as soon as somebody has mended it.
-        paused = true;
-        why_paused = "the drive had a fault; resume when all is well";
+        pause("the drive had a fault; resume when all is well");
     }
     fault = input.drive.fault;
 }
@@ -372,6 +395,9 @@ PilotOutput Pilot::State::step(const PilotInput& input) {
     for (const LinkEvent& event : input.events) {
         take(event);
     }
+    if (const std::string jump = poses.jump(); !jump.empty()) {
+        pause(jump + "; resume if it is right now");
+    }
     finish_dropping();
     if (route) {
         go(input);
@@ -380,6 +406,10 @@ PilotOutput Pilot::State::step(const PilotInput& input) {
     }
     hand_over(input.seconds);
     tell(input.now);
+    out.news = poses.news();
+    if (poses.newest() != nullptr) {
+        out.pose = *poses.newest();
+    }
     return std::exchange(out, {});
 }
 

@@ -34,36 +34,83 @@ double PoseWatch::odometer_at(double time) const {
     return later->odometer;
 }
 
+/// The reason against this source, or none. Another one takes over only when the first is gone or
+/// silent.
+std::optional<std::string> PoseWatch::choose(const LinkEvent& event) {
+    if (event.client == source_) {
+        return std::nullopt;
+    }
+    const auto refuse = [&](const std::string& reason) {
+        return turned_away_.insert(event.client).second ? reason : std::string();
+    };
+    const auto name = names_.find(event.client);
+    if (!config_.pose_source.empty() &&
+        (name == names_.end() || name->second != config_.pose_source)) {
+        return refuse("only the pose source named '" + config_.pose_source + "' is listened to");
+    }
+    if (source_ != 0 && event.arrival - arrival_ <= kSourceSilent) {
+        return refuse("another pose source is listened to");
+    }
+    source_ = event.client;
+    turned_away_.clear();
+    poses_.clear();
+    news_ = fmt::format("poses are taken from client {}", source_);
+    return std::nullopt;
+}
+
+double PoseWatch::excess() const {
+    return std::max(lateness_, pose_.age - config_.pose_delay);
+}
+
 std::optional<std::string> PoseWatch::take(const LinkEvent& event, const LinkPose& pose) {
-    if (event.client != source_) {
-        const bool is_free = source_ == 0 || event.arrival - arrival_ > kSourceSilent;
-        if (!is_free) {
-            return turned_away_.insert(event.client).second
-                       ? std::optional<std::string>("another pose source is listened to")
-                       : std::nullopt;
-        }
-        source_ = event.client;
-        turned_away_.clear();
-        poses_.clear();
+    if (std::optional<std::string> reason = choose(event)) {
+        return reason->empty() ? std::nullopt : reason;
     }
     pose_ = pose;
     any_ = true;
     is_fresh_ = true;
     arrival_ = event.arrival;
     lateness_ = event.lateness;
-    if (is_usable()) {
-        last_known_ = pose.map_from_robot;
-        last_known_arrival_ = event.arrival;
-    }
     if (!is_usable()) {
         poses_.clear();
         frozen_.reset();  // whatever comes next is a new pose
-    } else if (lateness_ > config_.pose_valid) {
+        return std::nullopt;
+    }
+    const double taken_at = event.arrival - pose.age - event.lateness;
+    if (excess() > config_.pose_valid) {
         poses_.clear();  // nobody knows well when those were taken
     } else {
-        compare_with_wheels(event.arrival - pose.age - event.lateness);
+        look_for_jump();
+        compare_with_wheels(taken_at);
     }
+    last_known_ = pose.map_from_robot;
+    last_known_arrival_ = event.arrival;
+    last_known_age_ = pose.age;
+    last_known_odometer_ = odometer_at(taken_at);
     return std::nullopt;
+}
+
+/// From where the last pose and the wheels say that the vehicle is. Its way is not longer than the
+/// wheels', and a turn needs a way.
+void PoseWatch::look_for_jump() {
+    if (!last_known_) {
+        return;
+    }
+    constexpr double kTurn = radians(45.0);
+    constexpr double kTurnNeeds = 0.1;  // metres of way
+    const Pose2d step = between(*last_known_, pose_.map_from_robot);
+    const double driven = std::abs(odometer_ - last_known_odometer_);
+    const bool has_jumped = step.translation.norm() > driven + config_.pose_jump ||
+                            (std::abs(step.heading) > kTurn && driven < kTurnNeeds);
+    if (!has_jumped) {
+        return;
+    }
+    if (!std::exchange(jump_is_wanted_, false)) {
+        jump_ = fmt::format("the pose jumped by {:.2f} m and {:.0f} deg", step.translation.norm(),
+                            degrees(std::abs(step.heading)));
+    }
+    poses_.clear();
+    frozen_.reset();
 }
 
 /// A pose that stays where it is while the wheels turn is an old one that somebody repeats.
@@ -93,6 +140,7 @@ void PoseWatch::compare_with_wheels(double taken_at) {
 
 void PoseWatch::gone(std::uint64_t client) {
     turned_away_.erase(client);
+    names_.erase(client);
     if (client == source_) {
         source_ = 0;
     }
@@ -115,11 +163,11 @@ std::string PoseWatch::objection(double now) const {
     if (!any_) {
         return "no pose has come yet";
     }
-    if (!(now - arrival_ + lateness_ <= config_.pose_valid)) {
+    if (!(now - arrival_ + std::max(0.0, excess()) <= config_.pose_valid)) {
         return source_ == 0 ? "the pose source is gone" : "no fresh pose";
     }
     if (!is_of_this_map()) {
-        return fmt::format("the poses are in another map: {}", pose_.map);
+        return fmt::format("the poses are in another map: {}, not {}", pose_.map, map_);
     }
     if (!pose_.is_known()) {
         return pose_.status == LinkPoseStatus::kLost ? "localization is lost"

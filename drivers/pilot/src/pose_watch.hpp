@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "hybrid_slam/pilot/pilot.hpp"
 
@@ -18,9 +20,18 @@ class PoseWatch {
 
     /// What the wheels have driven since the last call; negative is backwards.
     void drive(double now, double metres);
+    void connected(std::uint64_t client, const std::string& name) { names_[client] = name; }
     /// The reason when the pose is not listened to, told once to each client.
     std::optional<std::string> take(const LinkEvent& event, const LinkPose& pose);
     void gone(std::uint64_t client);
+    /// The next jump is wanted: somebody has said where the vehicle stands.
+    void expect_jump() { jump_is_wanted_ = true; }
+    /// What a pose jumped by since the last call, in words; empty when none did.
+    std::string jump() { return std::exchange(jump_, {}); }
+    /// Whose poses are listened to, when that has changed since the last call.
+    std::string news() { return std::exchange(news_, {}); }
+    bool has_source() const { return source_ != 0; }
+    const LinkPose* newest() const { return any_ ? &pose_ : nullptr; }
 
     /// Why no pose may be driven on now; empty when one may.
     std::string objection(double now) const;
@@ -29,8 +40,8 @@ class PoseWatch {
     /// The newest that was known.
     const std::optional<Pose2d>& last_known() const { return last_known_; }
     double newest_stamp() const { return pose_.stamp; }
-    /// Seconds since that came.
-    double age(double now) const { return now - last_known_arrival_; }
+    /// Seconds since the scan of that.
+    double age(double now) const { return now - last_known_arrival_ + last_known_age_; }
     /// Metres that are free now in the corridor of the newest pose; 0 when nobody says so.
     double free_ahead(double now) const { return free_way(pose_.clear_ahead, now); }
     double free_behind(double now) const { return free_way(pose_.clear_behind, now); }
@@ -47,6 +58,10 @@ class PoseWatch {
     bool is_of_this_map() const;
     bool is_usable() const { return pose_.is_known() && is_of_this_map(); }
     bool is_uncertain() const;
+    std::optional<std::string> choose(const LinkEvent& event);
+    /// Seconds by which the pose is older than it looks.
+    double excess() const;
+    void look_for_jump();
     void compare_with_wheels(double taken_at);
 
     PilotConfig config_;
@@ -60,6 +75,12 @@ class PoseWatch {
     double lateness_ = 0.0;
     std::optional<Pose2d> last_known_;
     double last_known_arrival_ = 0.0;
+    double last_known_age_ = 0.0;
+    double last_known_odometer_ = 0.0;
+    bool jump_is_wanted_ = false;
+    std::string jump_;
+    std::string news_;
+    std::map<std::uint64_t, std::string> names_;
 
     double odometer_ = 0.0;
     std::deque<Sample> wheels_;     ///< of the last second or so; without places

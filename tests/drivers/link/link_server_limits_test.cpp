@@ -149,6 +149,34 @@ TEST(LinkServerLimits, TooManyLinesAtOnceAreRefused) {
     expect_alive(server);
 }
 
+TEST(LinkServerLimits, WatchersMakeRoomForThoseWhoCanStopTheVehicle) {
+    LinkServerConfig config = test::any_port();
+    config.most_clients = 2;
+    LinkServer server(config);
+    Events events(server);
+    RawSocket first = admitted(server, kWatchHello);
+    RawSocket goal = admitted(server, kGoalHello);
+    RawSocket operating = admitted(server, kGoalHello);
+    EXPECT_THAT(first.line().value_or("closed"), HasSubstr("room is needed"));
+    EXPECT_TRUE(first.is_closed());
+    operating.send("{\"type\":\"cancel\"}\n");
+    EXPECT_EQ(events.next_of<LinkCommand>().value(), LinkCommand::kCancel);
+    RawSocket third = RawSocket::connect(server.endpoint().port);
+    third.send(kGoalHello);
+    EXPECT_THAT(third.line().value_or("closed"), HasSubstr("too many clients"));
+}
+
+TEST(LinkServerLimits, SilentStrangersMakeRoomForOthers) {
+    LinkServer server(test::any_port());
+    std::vector<RawSocket> silent;
+    for (int i = 0; i < 100; ++i) {
+        silent.push_back(RawSocket::connect(server.endpoint().port));
+    }
+    RawSocket client = admitted(server, kGoalHello);
+    EXPECT_TRUE(silent.front().is_closed());
+    EXPECT_GE(server.counts().turned_away, 60U);
+}
+
 TEST(LinkServerLimits, OnlySoManyClients) {
     LinkServerConfig config = test::any_port();
     config.most_clients = 2;

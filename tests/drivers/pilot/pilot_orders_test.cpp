@@ -145,15 +145,72 @@ TEST(PilotOrders, ALatePlanForWhatIsNotWantedAnyMoreIsPassedOver) {
     EXPECT_EQ(truck.out.status.reason, "cancelled");
 }
 
-TEST(PilotOrders, AnInitialPoseIsPassedOn) {
+TEST(PilotOrders, AnInitialPoseIsPassedOnWhileItStandsWithoutPlaces) {
     PilotedTruck truck;
-    truck.tell(LinkInitialPose{{1.0, 2.0, 0.5}});
+    const LinkInitialPose told{{1.0, 2.0, 0.5}};
     bool passed = false;
-    truck.run(0.1, [&] {
+    const auto look = [&] {
         passed = passed || truck.out.initial_pose.has_value();
         return false;
-    });
+    };
+    truck.slam_talks = false;
+    truck.tell(told);
+    truck.run(0.1, look);
+    EXPECT_FALSE(passed);
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("no SLAM is connected")));
+    truck.slam_talks = true;
+    truck.run(0.5);
+    truck.tell(told);
+    truck.run(0.1, look);
     EXPECT_TRUE(passed);
+    // The jump that follows is wanted.
+    truck.spoil = [](LinkEvent&, LinkPose& pose) { pose.map_from_robot.translation.x() += 2.0; };
+    truck.run(0.5);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kIdle);
+    truck.spoil = {};
+    truck.run(0.5);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused) << "and the next one is not";
+    truck.tell(LinkCommand::kResume);
+    truck.go_to({kFirst});
+    truck.run(0.5);
+    truck.refusals.clear();
+    passed = false;
+    truck.tell(told);
+    truck.run(0.1, look);
+    EXPECT_FALSE(passed);
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("must stand")));
+}
+
+TEST(PilotOrders, NothingButResumeEndsAPause) {
+    PilotedTruck truck;
+    truck.tell(LinkCommand::kPause);
+    truck.go_to({kFirst});
+    truck.run(3.0);
+    EXPECT_TRUE(truck.stands());
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused);
+    EXPECT_EQ(truck.out.status.waypoints_left, 1);
+    truck.tell(LinkCommand::kCancel);
+    truck.go_to({kSecond});
+    truck.run(3.0);
+    EXPECT_TRUE(truck.stands());
+    truck.tell(LinkCommand::kResume);
+    EXPECT_TRUE(truck.run(90.0, [&] { return truck.arrived(); }));
+    EXPECT_LT(truck.away_from(kSecond), 0.02);
+}
+
+TEST(PilotOrders, AreRefusedWhileTheDriveHasAFault) {
+    PilotedTruck truck;
+    truck.drive_fault = "the truck is silent";
+    truck.run(1.0);
+    truck.go_to({kFirst});
+    truck.run(1.0);
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("fault: the truck is silent")));
+    truck.drive_fault.clear();
+    truck.run(3.0);
+    EXPECT_TRUE(truck.stands()) << "what was refused is not done later";
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kIdle);
+    truck.go_to({kFirst});
+    EXPECT_TRUE(truck.run(60.0, [&] { return truck.arrived(); }));
 }
 
 TEST(PilotOrders, AClientThatIsGoneMatters) {

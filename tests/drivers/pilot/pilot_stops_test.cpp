@@ -194,18 +194,56 @@ TEST(PilotStops, ListensToOnePoseSourceAtATime) {
     EXPECT_EQ(truck.out.status.map_from_robot->x(), -3.0) << "now it is the one";
 }
 
-TEST(PilotStops, AKidnappedTruckPlansAnew) {
+TEST(PilotStops, AtAPoseThatJumpsUntilSomebodyResumes) {
     PilotedTruck truck;
-    truck.go_to({kPlace});
-    ASSERT_TRUE(truck.run(30.0, [&] { return std::abs(truck.truck().speed) > 0.29; }));
     bool off = true;
-    truck.spoil = [&](LinkEvent&, LinkPose& pose) {  // SLAM takes a place 1 m beside for a while
-        pose.map_from_robot.translation.y() += off ? -1.0 : 0.0;
-    };
-    EXPECT_TRUE(truck.run(10.0, [&] { return truck.planned > 1; }));
+    EXPECT_LE(seconds_to_stop(truck,
+                              [&] {
+                                  truck.spoil = [&](LinkEvent&, LinkPose& pose) {
+                                      pose.map_from_robot.translation.y() += off ? -1.0 : 0.0;
+                                  };
+                              }),
+              0.1);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused);
+    EXPECT_THAT(truck.out.status.reason, HasSubstr("jumped by 1.0"));
     off = false;
-    truck.run(5.0);
+    truck.run(2.0);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused) << "it jumped back";
+    truck.tell(LinkCommand::kResume);
     expect_goes_on(truck);
+}
+
+TEST(PilotStops, WhenPosesSayThemselvesThatTheyAreOld) {
+    PilotedTruck truck;
+    EXPECT_LE(seconds_to_stop(
+                  truck, [&] { truck.spoil = [](LinkEvent&, LinkPose& pose) { pose.age = 1.0; }; }),
+              0.1);
+    EXPECT_EQ(truck.out.status.reason, "no fresh pose");
+    EXPECT_GE(truck.out.status.pose_age, 1.0);
+    truck.spoil = {};
+    expect_goes_on(truck);
+}
+
+TEST(PilotStops, ListensOnlyToTheSourceThatIsNamed) {
+    PilotConfig config;
+    config.pose_source = "truck 7";
+    PilotedTruck truck(config);
+    truck.run(0.5);
+    EXPECT_FALSE(truck.out.status.map_from_robot.has_value());
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("named 'truck 7'")));
+    truck.tell(LinkConnected{"truck 7"}, PilotedTruck::kSlam);
+    truck.run(0.5);
+    EXPECT_TRUE(truck.out.status.map_from_robot.has_value());
+}
+
+/// The wheels are not measured there, so that they prove nothing.
+TEST(PilotStops, NotInADryRun) {
+    PilotedTruck truck;
+    truck.has_feedback = false;
+    truck.obeys = false;
+    truck.go_to({kPlace});
+    truck.run(4.0);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kDriving) << truck.out.status.reason;
 }
 
 }  // namespace

@@ -67,10 +67,12 @@ class PilotedTruck {
 
     PilotOutput out;  ///< of the last step
     std::vector<std::string> refusals;
-    bool plans = true;        ///< routes are found as they are asked for
-    bool slam_talks = true;   ///< poses come
-    int planned = 0;          ///< routes
-    std::string drive_fault;  ///< what the drive says
+    bool plans = true;         ///< routes are found as they are asked for
+    bool slam_talks = true;    ///< poses come
+    bool has_feedback = true;  ///< the drive tells speed and steering
+    bool obeys = true;         ///< the truck does what it is told
+    int planned = 0;           ///< routes
+    std::string drive_fault;   ///< what the drive says
     /// What SLAM gets wrong, or the network.
     std::function<void(LinkEvent&, LinkPose&)> spoil;
 
@@ -85,7 +87,11 @@ class PilotedTruck {
         input.now = now_;
         input.seconds = kStep;
         input.events = std::exchange(events_, {});
-        input.drive = {truck_.speed, truck_.steering, drive_fault};
+        input.drive.fault = drive_fault;
+        if (has_feedback) {
+            input.drive.speed = truck_.speed;
+            input.drive.steering = truck_.steering;
+        }
         out = pilot_.step(input);
         for (const auto& refusal : out.refusals) {
             refusals.push_back(refusal.reason);
@@ -96,8 +102,9 @@ class PilotedTruck {
             pilot_.take(request->number, plan_route(field_, vehicle_, request->start,
                                                     request->waypoints, config_.planner));
         }
-        truck_ =
-            step(vehicle_, truck_, out.command.value_or(DriveCommand{0.0, truck_.steering}), kStep);
+        truck_ = !obeys ? truck_
+                        : step(vehicle_, truck_,
+                               out.command.value_or(DriveCommand{0.0, truck_.steering}), kStep);
     }
 
     /// Of 80 ms ago, as scan and computing make it.

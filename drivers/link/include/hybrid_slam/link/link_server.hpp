@@ -16,9 +16,9 @@ namespace hybrid_slam {
 struct LinkServerConfig {
     std::string listen = ":5000";  ///< without a host only this computer can connect; 0.0.0.0: all
     std::string token;             ///< that clients must show; empty: none
-    int most_clients = 16;
-    int line_bytes = 32768;      ///< of the longest line
-    int lines_per_second = 200;  ///< of one client; as many may come at once
+    int most_clients = 16;         ///< a watcher goes when one that does more comes
+    int line_bytes = 32768;        ///< of the longest line
+    int lines_per_second = 200;    ///< of one client; as many may come at once
     int refusals = 10;  ///< lines refused before a client is closed; a good line takes one back
     double hello_timeout = 5.0;  ///< s that a connection may be silent at first
 };

@@ -17,7 +17,11 @@
 namespace hybrid_slam {
 
 struct PilotConfig {
-    double pose_valid = 0.3;              ///< seconds that a pose may be driven on
+    double pose_valid = 0.3;  ///< seconds that a pose may be driven on after it came
+    /// Seconds of a pose's own age that SLAM needs anyway; more counts as late.
+    double pose_delay = 0.2;
+    double pose_jump = 0.5;               ///< metres that a pose may differ from the wheels' way
+    std::string pose_source;              ///< name that the pose source must have; empty: any
     double position_sigma = 0.10;         ///< metres, of the pose's worst direction; more: stop
     double heading_sigma = radians(5.0);  ///< radians; more: stop
     double frozen_after = 0.08;      ///< metres by the wheels without the pose moving along: stop
@@ -56,6 +60,8 @@ struct PilotOutput {
     };
     std::vector<Refusal> refusals;
     std::optional<LinkInitialPose> initial_pose;  ///< for the pose sources
+    std::optional<LinkPose> pose;                 ///< the newest of the source that is listened to
+    std::string news;                             ///< for people; mostly empty
 };
 
 /// A way that is wanted.
@@ -71,7 +77,8 @@ struct RouteRequest {
 /// it back with `take`.
 ///
 /// It moves only in automatic mode, on a pose that is fresh, known, sure enough, in this map and
-/// moves as the wheels do, as far as the way is told to be free.
+/// moves as the wheels do, as far as the way is told to be free. A fault of the drive on the way
+/// and a pose that jumps pause it, and nothing but LinkCommand::kResume ends a pause.
 class Pilot {
   public:
     /// `map`: the id that poses must have, if both name one. Throws Error for a config out of
