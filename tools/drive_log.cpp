@@ -92,7 +92,8 @@ void DriveLog::look_at_status(double now, const LinkStatus& status) {
         arrivals_ += status.state == LinkDriveState::kArrived ? 1 : 0;
         stops_ += status.state == LinkDriveState::kStopped && !status.reason.empty() ? 1 : 0;
         if (last_pose_ && events_) {
-            stood_.push_back(*last_pose_);
+            (status.state == LinkDriveState::kArrived ? stood_ : interrupted_)
+                .push_back(*last_pose_);
         }
     }
     event(now, "status",
@@ -192,7 +193,7 @@ Json DriveLog::finish(const Ending& ending) {
             fmt::format("{:.1f} m driven, {}, {}", path_, counted(arrivals_, "arrival"),
                         counted(stops_, "stop"));
         draw(DrivePicture{ending.title, subtitle, ending.map, ending.vehicle, routes_, poses_,
-                          stood_})
+                          stood_, interrupted_})
             .write_png(folder_ / DriveFiles::kPicture);
         replace_text(folder_ / DriveFiles::kSummary,
                      summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");

@@ -67,7 +67,8 @@ class DriveLog {
     bool had_route_ = false;
     std::vector<Route> routes_;
     Trajectory poses_;
-    std::vector<Pose2d> stood_;
+    std::vector<Pose2d> stood_;        ///< at the start, and where it arrived
+    std::vector<Pose2d> interrupted_;  ///< where it stopped on its way
 };
 
 }  // namespace hybrid_slam::tools

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drive_picture.hpp"
 
-#include <algorithm>
+#include <utility>
 
 #include "map_backdrop.hpp"
 
@@ -12,6 +12,7 @@ constexpr Color kPlan{90, 150, 235};
 constexpr Color kDriven{222, 60, 50};
 constexpr Color kBody{40, 110, 70};
 constexpr Color kGoal{20, 150, 75};
+constexpr Color kStop{235, 150, 20};
 constexpr Color kWhite{255, 255, 255};
 constexpr double kMarginShare = 0.03;
 constexpr double kGap = 0.5;  ///< metres between two poses that do not belong together
@@ -79,21 +80,25 @@ Canvas draw(const DrivePicture& picture) {
         for (const Route& route : picture.routes) {
             draw_planned(canvas, view, route);
         }
-        for (const Pose2d& stop : picture.stops) {
-            draw_body(canvas, view, picture.vehicle, stop);
+        for (const Pose2d& pose : picture.stood) {
+            draw_body(canvas, view, picture.vehicle, pose);
         }
         draw_driven(canvas, view, picture.driven);
         for (const Route& route : picture.routes) {
             draw_goals(canvas, view, route);
         }
+        for (const Pose2d& stop : picture.stops) {
+            canvas.disc(view(stop.translation), 4.0, kStop);
+        }
     };
-    return draw(Figure{picture.title,
-                       picture.subtitle,
-                       {panel},
-                       {{Mark::kLine, kPlan, "planned"},
-                        {Mark::kLine, kDriven, "driven, by SLAM"},
-                        {Mark::kDot, kGoal, "waypoint"},
-                        {Mark::kLine, kBody, "vehicle where it stood"}}});
+    std::vector<LegendEntry> legend = {{Mark::kLine, kPlan, "planned"},
+                                       {Mark::kLine, kDriven, "driven, by SLAM"},
+                                       {Mark::kDot, kGoal, "waypoint"},
+                                       {Mark::kLine, kBody, "vehicle where it stood"}};
+    if (!picture.stops.empty()) {
+        legend.push_back({Mark::kDot, kStop, "stopped on the way"});
+    }
+    return draw(Figure{picture.title, picture.subtitle, {panel}, std::move(legend)});
 }
 
 }  // namespace hybrid_slam::tools

@@ -19,7 +19,8 @@ struct DrivePicture {
     const VehicleConfig& vehicle;
     const std::vector<Route>& routes;
     const Trajectory& driven;          ///< poses as SLAM told them
-    const std::vector<Pose2d>& stops;  ///< where the vehicle stood at last, or was stopped
+    const std::vector<Pose2d>& stood;  ///< at the start, and where it arrived
+    const std::vector<Pose2d>& stops;  ///< on the way
 };
 Canvas draw(const DrivePicture& picture);
 

@@ -23,10 +23,10 @@ void clear_line() {
 
 class LiveInput : public Input {
   public:
-    LiveInput(const RobotConfig& robot, bool images)
+    LiveInput(const RobotConfig& robot, bool images, const LiveOptions& options)
         : robot_(robot),
           images_(images && robot.camera.enabled),
-          stream_(robot),
+          stream_(robot, options),
           source_(stream_, robot,
                   images_ ? SensorSource::Images::kGray : SensorSource::Images::kSkip) {
         stream_.watch(source_);
@@ -146,7 +146,8 @@ RobotConfig robot_of(const RobotOptions& options) {
     return robot;
 }
 
-LiveStream::LiveStream(const RobotConfig& robot) : sensors_(robot), news_(clear_line) {}
+LiveStream::LiveStream(const RobotConfig& robot, const LiveOptions& options)
+    : sensors_(robot, options), news_(clear_line) {}
 
 std::optional<SensorEvent> LiveStream::next() {
     while (!interrupted() && !sensors_.ended()) {
@@ -163,13 +164,16 @@ std::optional<SensorEvent> LiveStream::next() {
 }
 
 std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images,
-                                       const std::string& clock) {
-    if (!clock.empty()) {
+                                       const LiveInputOptions& options) {
+    if (!options.clock.empty()) {
         RobotConfig used = robot;
         used.camera.enabled = robot.camera.enabled && images;
-        return std::make_unique<LockstepInput>(used, used.camera.enabled, clock);
+        return std::make_unique<LockstepInput>(used, used.camera.enabled, options.clock);
     }
-    return std::make_unique<LiveInput>(robot, images);
+    constexpr std::size_t kPromptImages = 3;  // a tenth of a second of them
+    LiveOptions live;
+    live.most_images = options.prompt ? kPromptImages : live.most_images;
+    return std::make_unique<LiveInput>(robot, images, live);
 }
 
 }  // namespace hybrid_slam::tools

@@ -31,7 +31,7 @@ RobotConfig robot_of(const RobotOptions& options);
 /// Live devices until a signal comes; says in messages when one of them comes, goes or is silent.
 class LiveStream : public SensorStream {
   public:
-    explicit LiveStream(const RobotConfig& robot);
+    explicit LiveStream(const RobotConfig& robot, const LiveOptions& options = {});
 
     std::optional<SensorEvent> next() override;
     /// Says when no scans come of what this stream gives to the source.
@@ -47,8 +47,13 @@ class LiveStream : public SensorStream {
 };
 
 /// Live devices as the input of a session; with a clock, those of a simulator in lockstep.
+struct LiveInputOptions {
+    std::string clock;  ///< of a simulator in lockstep; empty: real time
+    /// Somebody drives by it: rather leave images out than let scans wait behind them.
+    bool prompt = false;
+};
 std::unique_ptr<Input> open_live_input(const RobotConfig& robot, bool images,
-                                       const std::string& clock = {});
+                                       const LiveInputOptions& options = {});
 /// --clock
 void add_clock_option(CLI::App& command, std::string& clock);
 

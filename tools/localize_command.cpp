@@ -165,10 +165,11 @@ Settings settings_of(const LocalizeOptions& options) {
 
 std::unique_ptr<Input> input_of(const LocalizeOptions& options, const Settings& settings) {
     const bool images = uses_images(settings);
-    return with_vision(options.live
-                           ? open_live_input(robot_of(options.robot), images, options.robot.clock)
-                           : open_input(options.drive, settings.log, options.robot.robot, images),
-                       settings.vision);
+    return with_vision(
+        options.live ? open_live_input(robot_of(options.robot), images,
+                                       {options.robot.clock, !options.publish.servers.empty()})
+                     : open_input(options.drive, settings.log, options.robot.robot, images),
+        settings.vision);
 }
 
 /// A truth that only lies beside the drive is no reason to fail.
