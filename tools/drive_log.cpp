@@ -23,24 +23,6 @@ constexpr auto kHeader =
     "time,state,x_m,y_m,heading_deg,pose_age_s,speed_m_s,steering_deg,command_speed_m_s,"
     "command_steering_deg,remaining_m,waypoints_left";
 
-const char* name_of(LinkDriveState state) {
-    switch (state) {
-        case LinkDriveState::kIdle:
-            return "idle";
-        case LinkDriveState::kDriving:
-            return "driving";
-        case LinkDriveState::kPaused:
-            return "paused";
-        case LinkDriveState::kStopped:
-            return "stopped";
-        case LinkDriveState::kArrived:
-            return "arrived";
-        case LinkDriveState::kFault:
-            return "fault";
-    }
-    return "";
-}
-
 void expect_usable(const fs::path& folder) {
     if (!fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder))) {
         return;
@@ -97,8 +79,8 @@ void DriveLog::look_at_status(double now, const LinkStatus& status) {
         }
     }
     event(now, "status",
-          {{"mode", status.mode == LinkMode::kManual ? "manual" : "automatic"},
-           {"state", name_of(status.state)},
+          {{"mode", to_string(status.mode)},
+           {"state", to_string(status.state)},
            {"reason", status.reason},
            {"fault", status.fault},
            {"goals", status.goals}});
@@ -148,7 +130,7 @@ void DriveLog::write(double now, const PilotOutput& output, const std::optional<
         driven_->add(
             fmt::format("{:.3f},{},{:.4f},{:.4f},{:.3f},{:.3f},{:.4f},{:.2f},{:.4f},"
                         "{:.2f},{:.3f},{}",
-                        now, name_of(status.state), at.x(), at.y(), degrees(at.heading),
+                        now, to_string(status.state), at.x(), at.y(), degrees(at.heading),
                         status.pose_age, status.speed, degrees(status.steering), command.speed,
                         degrees(command.steering), status.remaining, status.waypoints_left));
     }

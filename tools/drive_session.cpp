@@ -23,9 +23,7 @@ constexpr double kLongestStep = 0.1;    ///< seconds that a hold-up may count fo
 constexpr double kPosePatience = 10.0;  ///< seconds of the wall clock, in lockstep
 
 std::string text_of(const LinkStatus& status) {
-    std::string text = status.mode == LinkMode::kManual ? "manual" : "automatic";
-    const char* const words[] = {"idle", "driving", "paused", "stopped", "arrived", "fault"};
-    text += std::string(", ") + words[static_cast<int>(status.state)];
+    const std::string text = fmt::format("{}, {}", to_string(status.mode), to_string(status.state));
     const std::string& why = status.fault.empty() ? status.reason : status.fault;
     return why.empty() ? text : text + ": " + why;
 }

@@ -102,20 +102,14 @@ LinkGoals goals_of(const GotoOptions& options) {
     return goals;
 }
 
-const char* word_of(LinkDriveState state) {
-    const char* const words[] = {"idle", "driving", "paused", "stopped", "arrived", "fault"};
-    return words[static_cast<int>(state)];
-}
-
 nlohmann::ordered_json to_json(const LinkStatus& status) {
-    nlohmann::ordered_json json = {
-        {"mode", status.mode == LinkMode::kManual ? "manual" : "automatic"},
-        {"state", word_of(status.state)},
-        {"reason", status.reason},
-        {"fault", status.fault},
-        {"goals", status.goals},
-        {"waypoints_left", status.waypoints_left},
-        {"remaining_m", rounded(status.remaining)}};
+    nlohmann::ordered_json json = {{"mode", to_string(status.mode)},
+                                   {"state", to_string(status.state)},
+                                   {"reason", status.reason},
+                                   {"fault", status.fault},
+                                   {"goals", status.goals},
+                                   {"waypoints_left", status.waypoints_left},
+                                   {"remaining_m", rounded(status.remaining)}};
     if (status.map_from_robot) {
         const Pose2d& pose = *status.map_from_robot;
         json["pose"] = {{"x_m", rounded(pose.x())},
@@ -301,7 +295,7 @@ class Visit {
     }
 
     std::string text() const {
-        std::string text = word_of(status_->state);
+        std::string text(to_string(status_->state));
         const std::string& why = status_->fault.empty() ? status_->reason : status_->fault;
         text += why.empty() ? "" : " (" + why + ")";
         if (status_->map_from_robot) {
@@ -322,7 +316,7 @@ class Visit {
         if (!status_) {
             return;
         }
-        const std::string news = std::string(word_of(status_->state)) + status_->reason +
+        const std::string news = std::string(to_string(status_->state)) + status_->reason +
                                  status_->fault + std::to_string(status_->waypoints_left);
         if (news != shown_) {
             shown_ = news;

@@ -85,8 +85,8 @@ struct NavigationOptions {
 };
 std::vector<std::string> navigation_topics();
 
-/// The forklift in a closed loop of processes, as a user runs them: the thesis's tour, random trips,
-/// faults, latency.
+/// The forklift in a closed loop of processes, as a user runs them: the thesis's tour, random
+/// trips, faults, latency.
 int run_navigation_benchmark(const NavigationOptions& options, std::ostream& out);
 
 }  // namespace hybrid_slam

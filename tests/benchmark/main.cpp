@@ -80,7 +80,8 @@ int main(int argc, char** argv) {
             chosen.push_back(part.name);
         }
     }
-    app.add_option("parts", chosen, "what to measure (all but live, pipeline and navigation by default)")
+    app.add_option("parts", chosen,
+                   "what to measure (all but live, pipeline and navigation by default)")
         ->check(CLI::IsMember(names));
     app.add_option("--shared", shared,
                    "folder that holds data/slam2d, posegraph, s300_telegrams and kitti");

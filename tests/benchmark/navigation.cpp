@@ -35,8 +35,8 @@ int run_navigation_benchmark(const NavigationOptions& options, std::ostream& out
         throw Error("navigation: the program hybrid-slam was not built");
     }
     const test::WorkFolder folder;
-    const test::LoopMap map = test::make_loop_map(
-        options.program, options.worlds / "thesis_hall.yaml", folder.path());
+    const test::LoopMap map =
+        test::make_loop_map(options.program, options.worlds / "thesis_hall.yaml", folder.path());
     int misses = 0;
     for (const Topic& topic : kTopics) {
         if (std::find(options.topics.begin(), options.topics.end(), topic.name) !=

@@ -34,7 +34,12 @@ struct Row {
         ++count;
         arrived += outcome.arrived ? 1 : 0;
         reported += outcome.reported ? 1 : 0;
-        reasons.insert(outcome.reason.substr(0, 60));
+        std::string reason = outcome.reason.substr(0, 80);
+        std::replace_if(
+            reason.begin(), reason.end(),
+            [](char letter) { return letter >= '0' && letter <= '9'; },
+            '#');  // ports, which differ each time
+        reasons.insert(reason);
         moved_later += outcome.stopping.moved_later;
         if (!outcome.stopping.seconds) {
             ++never;

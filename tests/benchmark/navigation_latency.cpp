@@ -125,23 +125,26 @@ class Circling {
     std::vector<double> written_;
 };
 
-/// A pose that came: when, and when its scan began by what it says itself.
+/// A pose that came: when, and the stamp of its scan by SLAM's clock.
 struct Came {
     double arrival = 0.0;
-    double scanned = 0.0;
+    double stamp = 0.0;
 };
 
-/// From the telegram's last byte to its pose. Which telegram it was tells the pose's own age: scans
-/// are 80 ms apart, and each telegram ends as long after its first beam as all others.
+/// From the telegram's last byte to its pose. Stamps are as far apart as telegrams, so that the
+/// promptest pose tells for all others which telegram was theirs.
 std::vector<double> delays(const std::vector<Came>& poses, const std::vector<double>& written) {
-    constexpr double kFromBeamToByte = 0.0625;  // the wire's and the scanner's own time
+    double prompt = std::numeric_limits<double>::infinity();
+    for (const Came& pose : poses) {
+        prompt = std::min(prompt, pose.arrival - pose.stamp);
+    }
     std::vector<double> delays;
     for (const Came& pose : poses) {
         double best = std::numeric_limits<double>::infinity();
-        double delay = 0.0;
+        double delay = best;
         for (const double time : written) {
-            const double off = std::abs(time - pose.scanned - kFromBeamToByte);
-            if (off < best) {
+            const double off = std::abs(time - pose.stamp - prompt);
+            if (time <= pose.arrival && off < best) {
                 best = off;
                 delay = pose.arrival - time;
             }
@@ -161,7 +164,7 @@ void hear(LinkServer& server, double counts_from, Heard& heard) {
     for (const LinkEvent& event : server.events(kPoll)) {
         const auto* const pose = std::get_if<LinkPose>(&event.what);
         if (pose != nullptr && event.arrival > counts_from) {
-            heard.poses.push_back({event.arrival, event.arrival - pose->age});
+            heard.poses.push_back({event.arrival, pose->stamp});
             heard.unknown += pose->is_known() ? 0 : 1;
         }
     }
@@ -170,16 +173,17 @@ void hear(LinkServer& server, double counts_from, Heard& heard) {
 }  // namespace
 
 int measure_latency(const NavigationOptions& options, const test::LoopMap& map, std::ostream& out) {
-    const std::size_t wanted = options.runs > 0 ? 20U * static_cast<std::size_t>(options.runs) : 2000;
+    const std::size_t wanted =
+        options.runs > 0 ? 20U * static_cast<std::size_t>(options.runs) : 2000;
     const test::WorkFolder folder;
     LinkServerConfig config;
     config.listen = "127.0.0.1:0";
     LinkServer server(config);
     Circling circling(map, folder.path());
-    test::Process localize({map.program, "localize", map.folder, "--live", "--lidar",
-                            circling.port(), "--camera", circling.camera(), "--publish",
-                            "tcp://" + server.endpoint().text(), "--out", "run"},
-                           folder.path(), folder.path() / "said.txt");
+    test::Process localize(
+        {map.program, "localize", map.folder, "--live", "--lidar", circling.port(), "--camera",
+         circling.camera(), "--publish", "tcp://" + server.endpoint().text(), "--out", "run"},
+        folder.path(), folder.path() / "said.txt");
     Heard heard;
     const double counts_from = link_clock() + kSettling;
     const double end = counts_from + 0.2 * static_cast<double>(wanted);
@@ -197,7 +201,8 @@ int measure_latency(const NavigationOptions& options, const test::LoopMap& map, 
         throw Error("localize: no pose came: " + localize.output());
     }
     const auto at = [&](double share) {
-        return 1e3 * sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+        return 1e3 *
+               sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
     };
     out << fmt::format(
         "\nFrom a telegram's last byte to its pose on the wire, in real time with camera: median "

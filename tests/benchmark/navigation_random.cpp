@@ -15,8 +15,8 @@
 namespace hybrid_slam {
 namespace {
 
-constexpr double kClear = 0.5;      ///< metres, of the truck's outline wherever it starts and stops
-constexpr double kReached = 0.03;   ///< metres: the follower's tolerance and what SLAM is off
+constexpr double kClear = 0.5;     ///< metres, of the truck's outline wherever it starts and stops
+constexpr double kReached = 0.03;  ///< metres: the follower's tolerance and what SLAM is off
 constexpr double kPatience = 900.0;  ///< seconds of the wall clock
 
 struct Draw {
@@ -122,10 +122,9 @@ class Trips {
         if (trial.trip.end != test::TripEnd::kArrived || trial.missed > kReached ||
             trial.contacts > 0) {
             static constexpr std::array kEnds{"arrived", "refused", "given up", "out of time"};
-            stories_.push_back(fmt::format(
-                "trip {}: {}, {:.2f} m from the place, {} contacts: {}", number,
-                kEnds[static_cast<std::size_t>(trial.trip.end)], trial.missed, trial.contacts,
-                trial.trip.why));
+            stories_.push_back(fmt::format("trip {}: {}, {:.2f} m from the place, {} contacts: {}",
+                                           number, kEnds[static_cast<std::size_t>(trial.trip.end)],
+                                           trial.missed, trial.contacts, trial.trip.why));
         }
     }
 

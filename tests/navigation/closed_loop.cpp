@@ -72,7 +72,11 @@ void ClosedLoop::start_simulate() {
     if (options_.lockstep) {
         append(arguments, {"--lockstep"});
     }
-    append(arguments, {options_.camera ? "--images" : "--no-camera"});
+    if (!options_.camera) {
+        append(arguments, {"--no-camera"});
+    } else if (options_.lockstep) {
+        append(arguments, {"--images"});
+    }
     if (options_.duration > 0.0) {
         append(arguments, {"--duration", fmt::format("{}", options_.duration)});
     }
@@ -109,8 +113,7 @@ void ClosedLoop::start_drive() {
 }
 
 void ClosedLoop::start_localize() {
-    const std::string server =
-        relay_ ? fmt::format("127.0.0.1:{}", relay_->port()) : drive_at_;
+    const std::string server = relay_ ? fmt::format("127.0.0.1:{}", relay_->port()) : drive_at_;
     std::vector<std::string> arguments{map_.program, "localize", map_.folder, "--live", "--lidar"};
     append(arguments, {endpoints_["lidar"], "--publish", "tcp://" + server});
     append(arguments, {"--out", fmt::format("run{}", ++localizers_)});
@@ -170,8 +173,8 @@ Trip ClosedLoop::wait_for_arrival(double seconds) {
         if (!refusal_.empty()) {
             trip.end = TripEnd::kRefused;
         } else if (is_mine && is_over(status_)) {
-            trip.end = status_.state == LinkDriveState::kArrived ? TripEnd::kArrived
-                                                                 : TripEnd::kGivenUp;
+            trip.end =
+                status_.state == LinkDriveState::kArrived ? TripEnd::kArrived : TripEnd::kGivenUp;
         } else if (!drive_->running() || !simulate_->running() || !localize_->running()) {
             trip.end = TripEnd::kGivenUp;
             refusal_ = "a process has ended: " + drive_->output() + localize_->output() +

@@ -32,9 +32,9 @@ struct LoopOptions {
     int seed = 1;
     bool lockstep = false;
     bool camera = false;
-    bool relay = false;             ///< a PoseRelay between `localize` and `drive`
-    double duration = 0.0;          ///< s of the simulator's clock; 0: until end()
-    std::vector<std::string> pull;  ///< of simulate --unplug
+    bool relay = false;              ///< a PoseRelay between `localize` and `drive`
+    double duration = 0.0;           ///< s of the simulator's clock; 0: until end()
+    std::vector<std::string> pull;   ///< of simulate --unplug
     std::vector<std::string> drive;  ///< more arguments of `drive`
 };
 
@@ -47,8 +47,8 @@ struct Trip {
     double longest = 0;  ///< m of way that the drive had planned
 };
 
-/// The truck and its sensors, SLAM and the drive, as processes in a folder, connected by nothing but
-/// lines, frames and sockets. Begins without goals; all end with it.
+/// The truck and its sensors, SLAM and the drive, as processes in a folder, connected by nothing
+/// but lines, frames and sockets. Begins without goals; all end with it.
 class ClosedLoop {
   public:
     /// Throws Error with what a process said when it does not come up.

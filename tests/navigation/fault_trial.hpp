@@ -7,29 +7,29 @@
 namespace hybrid_slam::test {
 
 enum class Fault {
-    kSlamKilled,   ///< SIGKILL
-    kLidarPulled,  ///< its cable
-    kLinkCut,      ///< silently, as by a cable
-    kLinkClosed,   ///< both ends are told
-    kCanPulled,    ///< the adapter: nobody can tell the truck to stand
-    kPoseFrozen,   ///< the last line again and again
+    kSlamKilled,     ///< SIGKILL
+    kLidarPulled,    ///< its cable
+    kLinkCut,        ///< silently, as by a cable
+    kLinkClosed,     ///< both ends are told
+    kCanPulled,      ///< the adapter: nobody can tell the truck to stand
+    kPoseFrozen,     ///< the last line again and again
     kPoseRestamped,  ///< the same, with new stamps
     kCameraPulled,   ///< from here on the truck is to drive on
     kBrokerGone
 };
 
 inline constexpr Fault kFaults[] = {
-    Fault::kSlamKilled, Fault::kLidarPulled,   Fault::kLinkCut,      Fault::kLinkClosed,
-    Fault::kCanPulled,  Fault::kPoseFrozen,    Fault::kPoseRestamped, Fault::kCameraPulled,
-    Fault::kBrokerGone};
+    Fault::kSlamKilled,    Fault::kLidarPulled,  Fault::kLinkCut,
+    Fault::kLinkClosed,    Fault::kCanPulled,    Fault::kPoseFrozen,
+    Fault::kPoseRestamped, Fault::kCameraPulled, Fault::kBrokerGone};
 
 const char* name_of(Fault fault);
 /// Whether it drives on; else it has to stop.
 bool drives_on(Fault fault);
 
 struct FaultOutcome {
-    bool drove = false;  ///< faster than 0.2 m/s when it happened; else the trial says nothing
-    Stopping stopping;   ///< CAN: until the truck lets its commands go, by its own watchdog
+    bool drove = false;    ///< faster than 0.2 m/s when it happened; else the trial says nothing
+    Stopping stopping;     ///< CAN: until the truck lets its commands go, by its own watchdog
     bool arrived = false;  ///< for one that drives on
     bool reported = false;
     std::string reason;  ///< why the drive says it stands; of one that drives on, who said what

@@ -58,9 +58,11 @@ Process::Process(const std::vector<std::string>& arguments, const std::filesyste
                  const std::filesystem::path& output)
     : output_(std::filesystem::absolute(output)),
       name_(arguments.size() > 1 ? arguments[1] : arguments.at(0)) {
+    std::vector<std::string> own = arguments;  // execv asks for words that it could change
     std::vector<char*> words;
-    for (const std::string& argument : arguments) {
-        words.push_back(const_cast<char*>(argument.c_str()));
+    words.reserve(own.size() + 1);
+    for (std::string& argument : own) {
+        words.push_back(argument.data());
     }
     words.push_back(nullptr);
     std::filesystem::remove(output_);

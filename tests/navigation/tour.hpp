@@ -27,7 +27,8 @@ struct TourResult {
     std::string why;
 };
 
-/// What is held against the truth is a trajectory in the world; stamps are of the simulator's clock.
+/// What is held against the truth is a trajectory in the world; stamps are of the simulator's
+/// clock.
 TourErrors tour_errors(const Trajectory& world_from_robot, const Trajectory& truth);
 
 TourResult judge_tour(const ClosedLoop& loop, const LoopMap& map, const Trip& trip);

@@ -247,6 +247,14 @@ LinkStatus read_status(const JsonFields& fields) {
 
 }  // namespace
 
+std::string_view to_string(LinkMode mode) {
+    return word_of(kModeWords, mode);
+}
+
+std::string_view to_string(LinkDriveState state) {
+    return word_of(kDriveStateWords, state);
+}
+
 std::string encode_json(const ClientMessage& message) {
     return dump(std::visit(ToJson{}, message));
 }

@@ -45,10 +45,10 @@ Enum value_of(const Words<Enum, Count>& words, std::string_view word, std::strin
 }
 
 template <typename Enum, std::size_t Count>
-std::string word_of(const Words<Enum, Count>& words, Enum value) {
+std::string_view word_of(const Words<Enum, Count>& words, Enum value) {
     for (const auto& [name, each] : words) {
         if (each == value) {
-            return std::string(name);
+            return name;
         }
     }
     throw Error("not a value of its enumeration");

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -78,6 +79,9 @@ struct LinkWelcome {
 
 enum class LinkMode { kManual, kAutomatic };
 enum class LinkDriveState { kIdle, kDriving, kPaused, kStopped, kArrived, kFault };
+/// As the lines say it.
+std::string_view to_string(LinkMode mode);
+std::string_view to_string(LinkDriveState state);
 
 /// What the vehicle does. Sent to all clients: goal clients and watchers show it, a pose source
 /// looks for obstacles where the vehicle steers to.
