@@ -57,11 +57,23 @@ DriveLog::DriveLog(const fs::path& folder_or_empty) : folder_(folder_or_empty) {
 }
 
 void DriveLog::event(double now, const std::string& what, const Json& details) {
-    if (events_) {
-        Json line = {{"time", rounded(now)}, {"event", what}};
-        line.update(details);
-        events_->add(line.dump(-1, ' ', false, Json::error_handler_t::replace));
+    if (!events_) {
+        return;
     }
+    Json line = {{"time", rounded(now)}, {"event", what}};
+    line.update(details);
+    try {
+        events_->add(line.dump(-1, ' ', false, Json::error_handler_t::replace));
+    } catch (const Error& error) {
+        give_up(error);
+    }
+}
+
+/// A disk that is full must not stop a vehicle, nor leave it without its driver.
+void DriveLog::give_up(const Error& error) {
+    print_warning(std::string(error.what()) + "; nothing more is written down");
+    driven_.reset();
+    events_.reset();
 }
 
 void DriveLog::look_at_status(double now, const LinkStatus& status) {
@@ -98,15 +110,12 @@ void DriveLog::keep_route(const Route* route) {
     had_route_ = route != nullptr;
 }
 
-/// A disk that is full must not stop a vehicle, nor leave it without its driver.
 void DriveLog::look(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
                     const Route* route) {
     try {
         write(now, output, pose, route);
     } catch (const Error& error) {
-        print_warning(std::string(error.what()) + "; nothing more is written down");
-        driven_.reset();
-        events_.reset();
+        give_up(error);
     }
 }
 

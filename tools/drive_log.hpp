@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/trajectory.hpp"
 #include "hybrid_slam/link/messages.hpp"
 #include "hybrid_slam/localization/reference_map.hpp"
@@ -48,6 +49,7 @@ class DriveLog {
     void write(double now, const PilotOutput& output, const std::optional<LinkPose>& pose,
                const Route* route);
     void add_way(bool drives);
+    void give_up(const Error& error);
     void look_at_status(double now, const LinkStatus& status);
     void keep_route(const Route* route);
 

@@ -22,10 +22,17 @@ constexpr double kDrawEvery = 0.25;     ///< seconds, on a terminal
 constexpr double kLongestStep = 0.1;    ///< seconds that a hold-up may count for
 constexpr double kPosePatience = 10.0;  ///< seconds of the wall clock, in lockstep
 
+/// What strangers say goes to a terminal and a journal: without what would steer them.
+std::string one_line(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+    return text;
+}
+
 std::string text_of(const LinkStatus& status) {
     const std::string text = fmt::format("{}, {}", to_string(status.mode), to_string(status.state));
     const std::string& why = status.fault.empty() ? status.reason : status.fault;
-    return why.empty() ? text : text + ": " + why;
+    return why.empty() ? text : text + ": " + one_line(why);
 }
 
 bool is_news(const LinkStatus& now, const LinkStatus& before) {
@@ -77,7 +84,7 @@ void DriveSession::take_note(const std::vector<LinkEvent>& events, double now) {
     for (const LinkEvent& event : events) {
         if (const auto* const who = std::get_if<LinkConnected>(&event.what)) {
             say(now, fmt::format("{} {} connected{}", word_for(event.role), event.client,
-                                 who->name.empty() ? "" : ": " + who->name));
+                                 who->name.empty() ? "" : ": " + one_line(who->name)));
             log_.event(now, "connected",
                        {{"client", event.client}, {"role", word_for(event.role)}});
         } else if (const auto* const why = std::get_if<LinkDisconnected>(&event.what)) {
@@ -98,7 +105,7 @@ void DriveSession::show(const LinkStatus& status, double now) {
     if (!told_any_ || is_news(status, told_)) {
         line_.clear();
         if (!told_any_ || text_of(status) != text_of(told_)) {
-            print_info(text_of(status));
+            say(now, text_of(status));
         }
     } else if (line_.visible() && now >= next_draw_) {
         next_draw_ = now + kDrawEvery;

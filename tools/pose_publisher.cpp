@@ -57,7 +57,7 @@ PosePublisher::PosePublisher(const PublishOptions& options, Setup setup)
 void PosePublisher::listen(Server& server, double patience) {
     for (const ServerMessage& message : server.client->received(patience)) {
         if (const auto* const status = std::get_if<LinkStatus>(&message)) {
-            steering_ = status->steering;
+            server.steering = status->steering;
             server.answered = status->pose_stamp;
         } else if (const auto* const pose = std::get_if<LinkInitialPose>(&message)) {
             asked_ = pose->map_from_robot;
@@ -75,11 +75,12 @@ void PosePublisher::wait_for_answer(Server& server) {
     }
 }
 
-void PosePublisher::tell_news(Server& server) const {
+void PosePublisher::tell_news(Server& server) {
     const LinkClientReport report = server.client->report();
     const bool is_up = report.state == LinkState::kConnected;
     const bool was_up = server.said == LinkState::kConnected;
     if (is_up && !was_up) {
+        server.steering = 0.0;  // what it said before may be long ago
         print_info("publishing to " + server.name);
     } else if (!is_up && report.state == LinkState::kWaiting &&
                (was_up || report.trouble != server.trouble)) {
@@ -115,8 +116,8 @@ void PosePublisher::look_around(const Frame& frame, const LocalizationResult& re
     surroundings_.see(frame.scan, *result.map_from_robot);
 }
 
-LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& result,
-                                bool known) const {
+LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& result, bool known,
+                                double steering) const {
     LinkPose pose;
     pose.stamp = result.stamp;
     pose.map = setup_.identity;
@@ -128,7 +129,7 @@ LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& re
         pose.covariance = result.covariance;
         const Points obstacles = surroundings_.obstacles(setup_.map->grid());
         Corridor corridor;
-        corridor.steering = steering_;
+        corridor.steering = steering;
         corridor.margin = setup_.surroundings.margin;
         corridor.most = setup_.surroundings.reach;
         pose.clear_ahead = free_way(setup_.vehicle, corridor, obstacles);
@@ -137,7 +138,7 @@ LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& re
             pose.clear_behind = free_way(setup_.vehicle, corridor, obstacles);
         }
     }
-    pose.age = setup_.now() - result.stamp;
+    pose.age = std::max(0.0, setup_.now() - result.stamp);
     return pose;
 }
 
@@ -147,14 +148,15 @@ void PosePublisher::after(const Frame& frame, const LocalizationResult& result, 
     } else {
         surroundings_.forget();
     }
-    const LinkPose pose = pose_of(frame, result, known && result.map_from_robot);
     for (const Server& server : servers_) {
+        const LinkPose pose =
+            pose_of(frame, result, known && result.map_from_robot, server.steering);
         if (setup_.lockstep && !sent_) {
             server.client->wait_connected(10.0);  // else the first pose would be lost
         }
         server.client->send(pose);
     }
-    sent_ = pose.stamp;
+    sent_ = result.stamp;
 }
 
 nlohmann::ordered_json PosePublisher::counts() const {

@@ -58,20 +58,21 @@ class PosePublisher : public LocalizationListener {
         std::unique_ptr<LinkClient> client;
         LinkState said = LinkState::kConnecting;
         std::string trouble;
+        double steering = 0.0;  ///< radians, as its drive says
         double answered = 0.0;  ///< stamp of the newest pose that its drive knows
     };
 
     void listen(Server& server, double patience = 0.0);
     void wait_for_answer(Server& server);
-    void tell_news(Server& server) const;
+    static void tell_news(Server& server);
     void look_around(const Frame& frame, const LocalizationResult& result);
-    LinkPose pose_of(const Frame& frame, const LocalizationResult& result, bool known) const;
+    LinkPose pose_of(const Frame& frame, const LocalizationResult& result, bool known,
+                     double steering) const;
 
     Setup setup_;
     Surroundings surroundings_;
     std::vector<Server> servers_;
     std::optional<Pose2d> asked_;  ///< where somebody says that the vehicle stands
-    double steering_ = 0.0;        ///< radians, as the drive says
     std::optional<double> sent_;   ///< stamp of the newest pose
 };
 

@@ -2,6 +2,10 @@
 #include "route_finder.hpp"
 
 #include <chrono>
+#include <exception>
+#include <string>
+
+#include "messages.hpp"
 
 namespace hybrid_slam::tools {
 
@@ -10,7 +14,12 @@ void RouteFinder::serve(Pilot& pilot) {
         if (route_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
             return;  // also when another way is wanted by now: one at a time
         }
-        pilot.take(number_, route_.get());
+        try {
+            pilot.take(number_, route_.get());
+        } catch (const std::exception& error) {
+            print_warning(std::string("no way was found: ") + error.what());
+            pilot.take(number_, Route());
+        }
     }
     const std::optional<RouteRequest> request = pilot.wanted_route();
     if (!request) {

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
@@ -41,7 +42,7 @@ void TruckPort::reopen(double now) {
         first_look_ = now;
         was_fed_ = false;
         print_info(config_.bus.port + ": works again");
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
         fault_ = error.what();
     }
 }

@@ -15,7 +15,7 @@ class Faults : public ::testing::TestWithParam<Fault> {
     FaultOutcome struck(const LoopMap& map, int seed) {
         FaultOutcome outcome;
         for (int i = 0; i < 3 && !outcome.drove; ++i) {
-            outcome = try_fault(map, GetParam(), seed + i, 0.8 + 0.3 * i);
+            outcome = try_fault(map, GetParam(), seed + i, 1.0 + 4.0 * i);
         }
         return outcome;
     }

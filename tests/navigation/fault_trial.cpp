@@ -15,7 +15,7 @@ namespace {
 
 constexpr auto kBroker = "/usr/sbin/mosquitto";
 constexpr double kFast = 0.2;       ///< m/s
-constexpr double kUnderWay = 3.0;   ///< s of the simulator's clock until it drives, about
+constexpr double kUnderWay = 3.0;   ///< s of the simulator's clock until it drives, at least
 constexpr double kWatched = 2.0;    ///< s after the fault
 constexpr double kPatience = 60.0;  ///< s
 

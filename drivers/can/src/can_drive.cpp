@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -71,6 +73,7 @@ struct CanDrive::Shared {
     std::string obstacle(double time) const;
     bool send(const std::vector<CanFrame>& frames) const;
     bool ended() const;
+    double last_feedback() const;
     void finish(const std::string& fault);
 
     std::unique_ptr<CanBus> bus;
@@ -83,12 +86,22 @@ struct CanDrive::Shared {
     mutable std::mutex mutex;
     CommandWatchdog watchdog;
     CanDriveStatus status;
-    double last_feedback = -HUGE_VAL;
+    /// Seconds, by id: a truck with two controllers is as silent as the one that is.
+    std::map<std::uint32_t, double> heard;
     bool end = false;
     bool silent = false;
 
     std::thread thread;  // last: everything else is there when it begins
 };
+
+/// Of all frames that the truck has ever told the one that is longest ago.
+double CanDrive::Shared::last_feedback() const {
+    double last = heard.empty() ? -HUGE_VAL : HUGE_VAL;
+    for (const auto& [id, time] : heard) {
+        last = std::min(last, time);
+    }
+    return last;
+}
 
 bool CanDrive::Shared::ended() const {
     const std::lock_guard<std::mutex> lock(mutex);
@@ -100,8 +113,11 @@ std::string CanDrive::Shared::obstacle(double time) const {
     if (!bus->hears()) {
         return "";
     }
-    if (!(time - last_feedback <= config.feedback_valid)) {
+    if (!(time - last_feedback() <= config.feedback_valid)) {
         return "the truck is silent";
+    }
+    if (!status.feedback.speed) {
+        return "the truck does not tell its speed";
     }
     return status.feedback.faulty() ? fault_text(status.feedback) : "";
 }
@@ -133,7 +149,7 @@ void CanDrive::Shared::cycle() {
     bool must_be_silent = false;
     {
         const std::lock_guard<std::mutex> lock(mutex);
-        truck_is_silent = !(time - last_feedback <= config.feedback_valid);
+        truck_is_silent = !(time - last_feedback() <= config.feedback_valid);
         must_be_silent = silent;
     }
     const CommandWatchdog::Order wanted = order(time);
@@ -155,7 +171,10 @@ void CanDrive::Shared::take(const std::optional<CanFrame>& frame) {
     status.counts = bus->counts();
     if (feedback) {
         status.feedback = *feedback;
-        last_feedback = now();
+        constexpr std::uint32_t kFirstPdo = 0x180;  // below are emergencies
+        if (frame->id >= kFirstPdo) {
+            heard[frame->id] = now();
+        }
     }
 }
 
@@ -266,7 +285,7 @@ CanDriveStatus CanDrive::status() const {
     const std::lock_guard<std::mutex> lock(shared_->mutex);
     CanDriveStatus status = shared_->status;
     const double now = shared_->now();
-    status.feedback_age = now - shared_->last_feedback;
+    status.feedback_age = now - shared_->last_feedback();
     if (status.state != CanDriveState::kFault && status.state != CanDriveState::kHeld) {
         status.reason = shared_->obstacle(now);
     }

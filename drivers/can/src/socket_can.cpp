@@ -6,6 +6,8 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <chrono>
+#include <optional>
 
 #include <cerrno>
 #include <cstring>
@@ -50,9 +52,17 @@ class SocketCan : public CanBus {
         const can_frame raw = to_kernel(frame);
         if (::send(descriptor_, &raw, sizeof raw, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof raw) {
             ++counts_.sent;
+            refused_since_.reset();
             return true;
         }
         ++counts_.dropped;
+        const auto now = std::chrono::steady_clock::now();
+        refused_since_ = refused_since_.value_or(now);
+        if (now - *refused_since_ > kNobodyListens) {
+            // What lies in the queue must not go out when the plug is back: closing drops it.
+            fault_ = name_ + ": takes no frames (does anybody on the bus acknowledge?)";
+            return false;
+        }
         // Full queues empty themselves as soon as anybody on the bus acknowledges.
         if (errno != EAGAIN && errno != ENOBUFS && errno != EINTR) {
             fail();
@@ -92,8 +102,11 @@ class SocketCan : public CanBus {
         }
     }
 
+    static constexpr std::chrono::milliseconds kNobodyListens{300};
+
     std::string name_;
     int descriptor_;
+    std::optional<std::chrono::steady_clock::time_point> refused_since_;
 };
 
 void check_interface(int descriptor, const std::string& interface) {

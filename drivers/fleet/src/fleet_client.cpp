@@ -5,6 +5,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <string_view>
@@ -100,9 +101,13 @@ struct FleetClient::Impl {
                 return;
             }
             const double now = steady_seconds();
-            work_on(work, now);
-            keep_connected(now);
-            tell(now);
+            try {
+                work_on(work, now);
+                keep_connected(now);
+                tell(now);
+            } catch (const std::exception&) {
+                continue;  // no memory, at worst, for one message; the vehicle drives on
+            }
         }
     }
 

@@ -262,7 +262,7 @@ Scan LidarReader::State::make_scan() {
             distance == 0 || distance == kS300NoReturn || range >= config.range_max;
         scan.ranges[i] =
             nothing ? std::numeric_limits<float>::infinity() : static_cast<float>(range);
-        if (blind[i]) {
+        if (blind[i] || distance == 0) {
             scan.ranges[i] = std::numeric_limits<float>::quiet_NaN();
         }
         scan.flags[i] = beam_flags(word, telegram.protocol);

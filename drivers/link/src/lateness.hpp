@@ -14,7 +14,8 @@ class Lateness {
     double of(double stamp, double arrival) {
         const double delay = arrival - stamp;
         if (arrival >= turn_) {
-            before_ = arrival < turn_ + kHalf ? least_ : kNone;
+            // After a long silence what was known before holds still, but for what clocks drift.
+            before_ = least_ + kDrift * std::max(0.0, arrival - turn_);
             least_ = kNone;
             turn_ = arrival + kHalf;
         }
@@ -23,7 +24,8 @@ class Lateness {
     }
 
   private:
-    static constexpr double kHalf = 30.0;  // seconds
+    static constexpr double kHalf = 30.0;   // seconds
+    static constexpr double kDrift = 1e-4;  // seconds in a second
     static constexpr double kNone = std::numeric_limits<double>::infinity();
     double turn_ = -kNone;   ///< arrival from which a new half minute starts
     double least_ = kNone;   ///< of this half minute

@@ -59,7 +59,7 @@ void check(const LinkHello& hello) {
 
 void check(const LinkPose& pose) {
     check_range("stamp", pose.stamp, -kLatestStamp, kLatestStamp);
-    check_range("age", pose.age, -kMostAge, kMostAge);
+    check_range("age", pose.age, 0.0, kMostAge);
     check_text("map", pose.map);
     check_range("score", pose.score, 0.0, 1.0);
     if (pose.is_known()) {

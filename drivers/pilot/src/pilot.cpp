@@ -15,6 +15,11 @@ namespace {
 
 constexpr double kStanding = 0.005;        ///< m/s
 constexpr double kTakeOverPatience = 2.0;  ///< seconds for a stop before the vehicle is let go
+constexpr double kJumpWanted = 10.0;     ///< seconds that SLAM has to go where it was told to begin
+constexpr int kMostWaiting = 1000;       ///< waypoints
+constexpr double kLeastWheelbase = 0.1;  ///< metres, to either side
+constexpr double kMostSpeed = 50.0;      ///< m/s; more is no measurement
+constexpr double kMostSteering = 2.0 * kPi;  ///< radians, likewise
 
 /// Places that somebody sent together.
 struct Order {
@@ -50,6 +55,13 @@ std::string why_no_way(const Route& route, const Order& order) {
     return place() + ": there is no way to it";
 }
 
+VehicleConfig checked(const VehicleConfig& vehicle) {
+    if (!(std::abs(vehicle.wheelbase) >= kLeastWheelbase)) {
+        throw Error("vehicle.wheelbase: too short to steer by");
+    }
+    return vehicle;
+}
+
 PilotConfig checked(PilotConfig config) {
     ConfigSchema schema;
     describe(schema, config);  // throws for values out of their ranges
@@ -60,7 +72,7 @@ PilotConfig checked(PilotConfig config) {
 
 struct Pilot::State {
     State(const VehicleConfig& the_vehicle, const PilotConfig& how, std::string the_map)
-        : vehicle(the_vehicle),
+        : vehicle(checked(the_vehicle)),
           config(checked(how)),
           map(std::move(the_map)),
           poses(config, map),
@@ -69,7 +81,7 @@ struct Pilot::State {
     PilotOutput step(const PilotInput& input);
     void take(const LinkEvent& event, const LinkGoals& goals);
     void take(const LinkEvent& event, const LinkInitialPose& pose);
-    void take(LinkCommand command);
+    void take(const LinkEvent& event, LinkCommand command);
     void take(const LinkEvent& event);
     void lose(std::uint64_t client);
     void abandon(std::string why);
@@ -128,6 +140,11 @@ void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
         out.refusals.push_back({event.client, "goals: the drive has a fault: " + fault});
         return;
     }
+    if (wanted.append && waypoints_left() > kMostWaiting) {
+        out.refusals.push_back({event.client, "goals: too many places wait already"});
+        return;
+    }
+    poses.expect_no_jump();
     if (!wanted.append) {
         queue.clear();
         dropping = active.has_value();
@@ -146,7 +163,7 @@ void Pilot::State::abandon(std::string why) {
     arrived = false;
 }
 
-void Pilot::State::take(LinkCommand command) {
+void Pilot::State::take(const LinkEvent& event, LinkCommand command) {
     switch (command) {
         case LinkCommand::kCancel:
             abandon("cancelled");
@@ -155,6 +172,11 @@ void Pilot::State::take(LinkCommand command) {
             paused = true;
             break;
         case LinkCommand::kResume:
+            if (!fault.empty()) {
+                // It must not move by itself as soon as somebody has mended it.
+                out.refusals.push_back({event.client, "resume: the drive has a fault: " + fault});
+                break;
+            }
             paused = false;
             why_paused.clear();
             break;
@@ -179,7 +201,7 @@ void Pilot::State::take(const LinkEvent& event, const LinkInitialPose& pose) {
     } else if (!poses.has_source()) {
         out.refusals.push_back({event.client, "initial pose: no SLAM is connected"});
     } else {
-        poses.expect_jump();
+        poses.expect_jump(event.arrival + kJumpWanted);
         out.initial_pose = pose;
     }
 }
@@ -206,7 +228,7 @@ void Pilot::State::take(const LinkEvent& event) {
     } else if (const auto* const wanted = std::get_if<LinkGoals>(&event.what)) {
         take(event, *wanted);
     } else if (const auto* const command = std::get_if<LinkCommand>(&event.what)) {
-        take(*command);
+        take(event, *command);
     } else if (const auto* const pose_told = std::get_if<LinkInitialPose>(&event.what)) {
         take(event, *pose_told);
     } else if (const auto* const who = std::get_if<LinkConnected>(&event.what)) {
@@ -222,17 +244,23 @@ void Pilot::State::pause(std::string why) {
 }
 
 void Pilot::State::look_at_drive(const PilotInput& input) {
-    const double told = input.drive.speed.value_or(last.command.speed);
-    speed = std::isfinite(told) ? told : 0.0;
+    speed = input.drive.speed.value_or(last.command.speed);
     steering = input.drive.steering.value_or(last.command.steering);
+    std::string trouble = input.drive.fault;
+    // Put so that what is no number is no measurement either.
+    if (!(std::abs(speed) <= kMostSpeed) || !(std::abs(steering) <= kMostSteering)) {
+        trouble = "the drive tells a speed or steering angle that cannot be";
+        speed = 0.0;
+        steering = 0.0;
+    }
     standing = std::abs(speed) < kStanding;
     // What was only commanded, in a dry run, moves nobody.
     poses.drive(input.now, input.drive.speed ? speed * input.seconds : 0.0);
-    if (fault.empty() && !input.drive.fault.empty() && (active || !queue.empty())) {
+    if (fault.empty() && !trouble.empty() && (active || !queue.empty())) {
         // It must not start again by itself as soon as somebody has mended it.
         pause("the drive had a fault; resume when all is well");
     }
-    fault = input.drive.fault;
+    fault = std::move(trouble);
 }
 
 /// Why the vehicle must not move; empty when it may.

@@ -19,7 +19,7 @@ constexpr double kMoved = 0.4;         ///< share of the wheels' way that a live
 
 void PoseWatch::drive(double now, double metres) {
     odometer_ += metres;
-    wheels_.push_back({now, odometer_, Point2(0.0, 0.0)});
+    wheels_.push_back({now, odometer_, Point2(0.0, 0.0), 0.0});
     while (now - wheels_.front().time > kWheelMemory) {
         wheels_.pop_front();
     }
@@ -77,10 +77,10 @@ std::optional<std::string> PoseWatch::take(const LinkEvent& event, const LinkPos
         return std::nullopt;
     }
     const double taken_at = event.arrival - pose.age - event.lateness;
+    look_for_jump();
     if (excess() > config_.pose_valid) {
         poses_.clear();  // nobody knows well when those were taken
     } else {
-        look_for_jump();
         compare_with_wheels(taken_at);
     }
     last_known_ = pose.map_from_robot;
@@ -97,15 +97,15 @@ void PoseWatch::look_for_jump() {
         return;
     }
     constexpr double kTurn = radians(45.0);
-    constexpr double kTurnNeeds = 0.1;  // metres of way
+    constexpr double kSharpest = 3.1;  // 1/m, sharper than any truck of this kind turns
     const Pose2d step = between(*last_known_, pose_.map_from_robot);
     const double driven = std::abs(odometer_ - last_known_odometer_);
     const bool has_jumped = step.translation.norm() > driven + config_.pose_jump ||
-                            (std::abs(step.heading) > kTurn && driven < kTurnNeeds);
+                            std::abs(step.heading) > kTurn + kSharpest * driven;
     if (!has_jumped) {
         return;
     }
-    if (!std::exchange(jump_is_wanted_, false)) {
+    if (!std::exchange(jump_is_wanted_, false) || arrival_ > jump_wanted_until_) {
         jump_ = fmt::format("the pose jumped by {:.2f} m and {:.0f} deg", step.translation.norm(),
                             degrees(std::abs(step.heading)));
     }
@@ -115,9 +115,15 @@ void PoseWatch::look_for_jump() {
 
 /// A pose that stays where it is while the wheels turn is an old one that somebody repeats.
 void PoseWatch::compare_with_wheels(double taken_at) {
-    const Sample now{taken_at, odometer_at(taken_at), pose_.map_from_robot.translation};
+    const Sample now{taken_at, odometer_at(taken_at), pose_.map_from_robot.translation,
+                     pose_.map_from_robot.heading};
+    // The way along where the vehicle headed then, backwards too: wheels that count the wrong way
+    // round do not agree either.
     const auto has_followed = [&](const Sample& then) {
-        return (now.place - then.place).norm() >= kMoved * std::abs(now.odometer - then.odometer);
+        const Point2 way = now.place - then.place;
+        const double along = way.x() * std::cos(then.heading) + way.y() * std::sin(then.heading);
+        const double wheels = now.odometer - then.odometer;
+        return along * (wheels < 0.0 ? -1.0 : 1.0) >= kMoved * std::abs(wheels);
     };
     if (frozen_) {
         if (has_followed(*frozen_)) {

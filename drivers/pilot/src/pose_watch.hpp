@@ -25,7 +25,11 @@ class PoseWatch {
     std::optional<std::string> take(const LinkEvent& event, const LinkPose& pose);
     void gone(std::uint64_t client);
     /// The next jump is wanted: somebody has said where the vehicle stands.
-    void expect_jump() { jump_is_wanted_ = true; }
+    void expect_jump(double until) {
+        jump_is_wanted_ = true;
+        jump_wanted_until_ = until;
+    }
+    void expect_no_jump() { jump_is_wanted_ = false; }
     /// What a pose jumped by since the last call, in words; empty when none did.
     std::string jump() { return std::exchange(jump_, {}); }
     /// Whose poses are listened to, when that has changed since the last call.
@@ -51,6 +55,7 @@ class PoseWatch {
         double time = 0.0;
         double odometer = 0.0;  ///< metres, backwards counts back
         Point2 place{0.0, 0.0};
+        double heading = 0.0;
     };
 
     double free_way(const std::optional<double>& told, double now) const;
@@ -78,6 +83,7 @@ class PoseWatch {
     double last_known_age_ = 0.0;
     double last_known_odometer_ = 0.0;
     bool jump_is_wanted_ = false;
+    double jump_wanted_until_ = 0.0;  ///< seconds
     std::string jump_;
     std::string news_;
     std::map<std::uint64_t, std::string> names_;

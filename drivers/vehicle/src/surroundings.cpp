@@ -50,7 +50,8 @@ bool Surroundings::looks_at(const Point2& in_robot) const {
     }
     const float range = scan_.ranges[static_cast<std::size_t>(beam)];
     // NaN: a sector that the vehicle itself hides.
-    return !std::isnan(range) && (!scan_.is_return(range) || distance <= range + kHidden);
+    // Nor does something that lies over the scanner: nearer than it measures.
+    return range >= scan_.range_max || (scan_.is_return(range) && distance <= range + kHidden);
 }
 
 void Surroundings::see(const Scan& scan, const Pose2d& map_from_robot) {

@@ -35,7 +35,7 @@ TEST(LidarReader, WordsBecomeMetresAndFlags) {
         telegram_of(2, {150, 0x2000 | 151, 0x4000 | 152, 0x8000 | 153, 0, 2949, 2950, 2996, 3});
     const Scan scan = scan_of({}, telegram);
     EXPECT_THAT(scan.ranges,
-                ElementsAre(FloatEq(1.5F), FloatEq(1.51F), FloatEq(1.52F), FloatEq(1.53F), kNothing,
+                ElementsAre(FloatEq(1.5F), FloatEq(1.51F), FloatEq(1.52F), FloatEq(1.53F), IsNan(),
                             FloatEq(29.49F), kNothing, kNothing, FloatEq(0.03F)));
     EXPECT_FALSE(scan.is_return(scan.ranges[8]));  // below range_min, but told
     EXPECT_THAT(scan.flags,
@@ -78,7 +78,8 @@ TEST(LidarReader, UpsideDownTheFirstBeamIsLeftmost) {
     EXPECT_NEAR(scan.angle(540), radians(-135.0), 1e-12);
     EXPECT_GT(scan.time_increment, 0.0);
     EXPECT_THAT(std::vector<float>(scan.ranges.begin(), scan.ranges.begin() + 4),
-                ElementsAre(IsNan(), IsNan(), IsNan(), FloatEq(5.0F))) << "nobody looked there";
+                ElementsAre(IsNan(), IsNan(), IsNan(), FloatEq(5.0F)))
+        << "nobody looked there";
 }
 
 /// The whole degrees at which a fan of 361 degrees sees nothing.

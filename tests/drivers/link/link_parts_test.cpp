@@ -93,7 +93,18 @@ TEST(Lateness, FollowsClocksThatDrift) {
     }
     EXPECT_LT(worst, 0.007);  // of 0.6 s in all
     EXPECT_GT(worst, 0.002);
-    EXPECT_EQ(lateness.of(1e5, 2e5), 0.0);  // after a long silence it starts anew
+}
+
+/// What was held up for long must not look prompt because nothing else came meanwhile.
+TEST(Lateness, RemembersThroughALongSilence) {
+    Lateness lateness;
+    lateness.of(100.0, 100.5);
+    const double silence = 3600.0;
+    EXPECT_NEAR(lateness.of(101.0, 101.5 + silence), silence, 1.0);
+    Lateness other;
+    other.of(100.0, 100.5);
+    // A sender that was silent too, its clock a little slow, is prompt.
+    EXPECT_LT(other.of(101.0 + silence * (1.0 - 5e-5), 101.5 + silence), 0.01);
 }
 
 LinkEvent event_of(std::uint64_t client, decltype(LinkEvent::what) what) {

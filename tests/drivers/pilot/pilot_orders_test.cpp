@@ -181,6 +181,31 @@ TEST(PilotOrders, AnInitialPoseIsPassedOnWhileItStandsWithoutPlaces) {
     EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("must stand")));
 }
 
+/// SLAM was right already, so nothing jumps; a jump later on is none that somebody wanted.
+TEST(PilotOrders, AnInitialPoseExcusesNoJumpOnTheWay) {
+    PilotedTruck truck;
+    truck.run(0.5);
+    truck.tell(LinkInitialPose{truck.truck().world_from_robot});
+    truck.run(0.5);
+    truck.go_to({kFirst});
+    ASSERT_TRUE(truck.run(20.0, [&] { return std::abs(truck.truck().speed) > 0.2; }));
+    truck.spoil = [](LinkEvent&, LinkPose& pose) { pose.map_from_robot.translation.x() += 2.0; };
+    truck.run(1.0);
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused);
+}
+
+TEST(PilotOrders, AreNotHoardedWithoutEnd) {
+    PilotedTruck truck;
+    truck.tell(LinkCommand::kPause);
+    const std::vector<Point2> many(256, kFirst);
+    for (int i = 0; i < 10; ++i) {
+        truck.go_to(many, true);
+        truck.run(0.02);
+    }
+    EXPECT_LE(truck.out.status.waypoints_left, 1300);
+    EXPECT_THAT(truck.refusals.back(), HasSubstr("too many"));
+}
+
 TEST(PilotOrders, NothingButResumeEndsAPause) {
     PilotedTruck truck;
     truck.tell(LinkCommand::kPause);
@@ -245,6 +270,9 @@ TEST(PilotOrders, TheSameInputGivesTheSameWay) {
 TEST(Pilot, ChecksItsConfig) {
     PilotConfig config;
     config.pose_valid = 100.0;
+    VehicleConfig stub;
+    stub.wheelbase = 0.0;
+    EXPECT_THAT(error_of([&] { Pilot(stub, {}, ""); }), HasSubstr("vehicle.wheelbase"));
     EXPECT_THAT(error_of([&] { Pilot(VehicleConfig(), config, ""); }),
                 HasSubstr("pilot.pose_valid"));
 }

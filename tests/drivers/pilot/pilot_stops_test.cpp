@@ -162,6 +162,9 @@ TEST(PilotStops, AtAFaultOfTheDriveUntilSomebodyResumes) {
     EXPECT_LE(seconds_to_stop(truck, [&] { truck.drive_fault = "can0: is down"; }), 0.05);
     EXPECT_EQ(truck.out.status.state, LinkDriveState::kFault);
     EXPECT_EQ(truck.out.status.fault, "can0: is down");
+    truck.tell(LinkCommand::kResume);
+    truck.run(0.1);
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("resume: the drive has a fault")));
     truck.drive_fault.clear();
     truck.run(3.0);
     EXPECT_TRUE(truck.stands());
@@ -211,6 +214,35 @@ TEST(PilotStops, AtAPoseThatJumpsUntilSomebodyResumes) {
     EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused) << "it jumped back";
     truck.tell(LinkCommand::kResume);
     expect_goes_on(truck);
+}
+
+TEST(PilotStops, AtAJumpToldByAPoseThatIsLateToo) {
+    PilotedTruck truck;
+    int told = 0;
+    seconds_to_stop(truck, [&] {
+        truck.spoil = [&](LinkEvent&, LinkPose& pose) {
+            pose.map_from_robot.translation.x() += 1.5;
+            pose.age = told++ == 0 ? 1.0 : pose.age;  // the one after a long search
+        };
+    });
+    EXPECT_EQ(truck.out.status.state, LinkDriveState::kPaused);
+}
+
+TEST(PilotStops, WhenTheWheelsCountTheWrongWayRound) {
+    PilotedTruck truck;
+    truck.counts_backwards = true;
+    truck.go_to({kPlace});
+    EXPECT_TRUE(truck.run(
+        10.0, [&] { return truck.out.status.reason == "the pose does not follow the wheels"; }));
+}
+
+TEST(PilotStops, AtAMeasurementThatCannotBe) {
+    for (const double nonsense : {1e9, -1e9, static_cast<double>(NAN)}) {
+        PilotedTruck truck;
+        seconds_to_stop(truck, [&] { truck.told_speed = nonsense; });
+        EXPECT_EQ(truck.out.status.state, LinkDriveState::kFault);
+        EXPECT_EQ(truck.out.status.speed, 0.0);
+    }
 }
 
 TEST(PilotStops, WhenPosesSayThemselvesThatTheyAreOld) {

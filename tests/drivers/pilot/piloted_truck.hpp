@@ -67,12 +67,14 @@ class PilotedTruck {
 
     PilotOutput out;  ///< of the last step
     std::vector<std::string> refusals;
-    bool plans = true;         ///< routes are found as they are asked for
-    bool slam_talks = true;    ///< poses come
-    bool has_feedback = true;  ///< the drive tells speed and steering
-    bool obeys = true;         ///< the truck does what it is told
-    int planned = 0;           ///< routes
-    std::string drive_fault;   ///< what the drive says
+    bool plans = true;                 ///< routes are found as they are asked for
+    bool slam_talks = true;            ///< poses come
+    bool has_feedback = true;          ///< the drive tells speed and steering
+    bool counts_backwards = false;     ///< its wheels' sensor is the wrong way round
+    std::optional<double> told_speed;  ///< m/s, whatever the truck does
+    bool obeys = true;                 ///< the truck does what it is told
+    int planned = 0;                   ///< routes
+    std::string drive_fault;           ///< what the drive says
     /// What SLAM gets wrong, or the network.
     std::function<void(LinkEvent&, LinkPose&)> spoil;
 
@@ -89,7 +91,8 @@ class PilotedTruck {
         input.events = std::exchange(events_, {});
         input.drive.fault = drive_fault;
         if (has_feedback) {
-            input.drive.speed = truck_.speed;
+            input.drive.speed =
+                told_speed.value_or(counts_backwards ? -truck_.speed : truck_.speed);
             input.drive.steering = truck_.steering;
         }
         out = pilot_.step(input);

@@ -93,7 +93,7 @@ struct LinkStatus {
     std::string goals;   ///< LinkGoals::id of the last that were taken
     std::string map;
     std::optional<Pose2d> map_from_robot;  ///< the last that was known
-    double pose_age = 0.0;                 ///< s since that came; 0 without a pose
+    double pose_age = 0.0;                 ///< s since its scan; 0 without a pose
     double pose_stamp = 0.0;               ///< LinkPose::stamp of the newest pose, known or not
     double speed = 0.0;                    ///< m/s of the fixed axle, negative is backwards
     double steering = 0.0;                 ///< rad, positive to the left
