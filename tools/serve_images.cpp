@@ -71,9 +71,12 @@ void ServeImages::run() {
         if (!wait_until(moment.arrival)) {
             return;
         }
+        {
+            // Before it goes out: whoever has it can count on it.
+            const std::lock_guard<std::mutex> lock(mutex_);
+            ++sent_;
+        }
         devices_.publish(std::move(image));
-        const std::lock_guard<std::mutex> lock(mutex_);
-        ++sent_;
     }
 }
 
