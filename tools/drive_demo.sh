@@ -11,7 +11,7 @@ if [[ ! -s build/demo/hall/manifest.json ]]; then
 fi
 program=$PWD/build/release/tools/hybrid-slam
 out=build/demo
-truck=127.0.0.1:${PORT:-5000}
+truck=127.0.0.1:${PORT:-$((20000 + RANDOM % 20000))}
 rm -rf "$out/sim" "$out/run"
 
 children=()
@@ -42,7 +42,7 @@ read -r first second < <(awk 'NR == 1 {
     }
     print ""
 }' "$out/drive/truth.tum")
-"$program" goto "$truck" "$first" "$second" --watch --timeout 30
+timeout 180 "$program" goto "$truck" "$first" "$second" --watch --timeout 30
 
 kill -INT "${children[@]}"
 wait "${children[@]}" 2>/dev/null || true
