@@ -22,7 +22,7 @@ enum BeamFlag : std::uint8_t {
 /// One sweep of a planar lidar. Beam i points at angle_min + i * angle_increment in the laser
 /// frame.
 struct Scan {
-    double stamp = 0.0;            ///< seconds, of the first beam
+    double stamp = 0.0;  ///< seconds, of the first beam
     /// Metres; anything outside [range_min, range_max) is no return, NaN where nobody looked.
     std::vector<float> ranges;
     double angle_min = 0.0;        ///< radians
