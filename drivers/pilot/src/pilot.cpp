@@ -79,7 +79,7 @@ struct Pilot::State {
           mode(config.starts_automatic ? LinkMode::kAutomatic : LinkMode::kManual) {}
 
     PilotOutput step(const PilotInput& input);
-    void take(const LinkEvent& event, const LinkGoals& goals);
+    void take(const LinkEvent& event, const LinkGoals& wanted);
     void take(const LinkEvent& event, const LinkInitialPose& pose);
     void take(const LinkEvent& event, LinkCommand command);
     void take(const LinkEvent& event);
