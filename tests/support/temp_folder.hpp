@@ -35,11 +35,14 @@ class TempFolder {
     const std::filesystem::path& path() const { return path_; }
     std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
-    /// Puts a file with these bytes there.
+    /// Puts a file with these bytes there; a folder of its name is made.
     std::filesystem::path write(std::string_view name, std::string_view bytes) const {
-        std::ofstream stream(path_ / name, std::ios::binary);
+        std::filesystem::path file = path_ / name;
+        std::filesystem::create_directories(file.parent_path());
+        std::ofstream stream(file, std::ios::binary);
         stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        return path_ / name;
+        EXPECT_TRUE(stream.flush()) << file << " cannot be written";
+        return file;
     }
 
   private:

@@ -38,16 +38,18 @@ TEST_F(Navigating, DriveSaysWhyItCannotBegin) {
     EXPECT_THAT(fails("drive --map nowhere --can candump:log -q", 1).err, HasSubstr("nowhere"));
     EXPECT_THAT(fails("drive --can candump:log", 2).err, HasSubstr("--map"));
     EXPECT_THAT(fails("drive --map hall --listen nonsense", 2).err, HasSubstr("--listen"));
-    EXPECT_THAT(fails("drive --map hall --can candump:log --set pilot.posevalid=1 -q", 1).err,
-                HasSubstr("pilot.posevalid"));
-    EXPECT_THAT(fails("drive --map hall --can candump:nowhere/log -q", 1).err,
+    EXPECT_THAT(
+        fails("drive --map hall --can candump:log --set pilot.posevalid=1 --listen :0 -q", 1).err,
+        HasSubstr("pilot.posevalid"));
+    EXPECT_THAT(fails("drive --map hall --can candump:nowhere/log --listen :0 -q", 1).err,
                 HasSubstr("nowhere/log"));
-    EXPECT_THAT(fails("drive --map hall --can slcan:nowhere -q", 1).err, HasSubstr("nowhere"));
+    EXPECT_THAT(fails("drive --map hall --can slcan:nowhere --listen :0 -q", 1).err,
+                HasSubstr("nowhere"));
     folder_.write("r.yaml", "can: {nodes: 3}\n");
-    EXPECT_THAT(fails("drive --map hall --vehicle r.yaml -q", 1).err,
+    EXPECT_THAT(fails("drive --map hall --vehicle r.yaml --listen :0 -q", 1).err,
                 AllOf(HasSubstr("r.yaml:1"), HasSubstr("can.nodes")));
     folder_.write("other/file.txt", "mine");
-    EXPECT_THAT(fails("drive --map hall --can candump:log --out other -q", 1).err,
+    EXPECT_THAT(fails("drive --map hall --can candump:log --listen :0 --out other -q", 1).err,
                 HasSubstr("left alone"));
     EXPECT_EQ(bytes_of(folder_ / "other/file.txt"), "mine");
 }
