@@ -7,7 +7,7 @@
 #include "commands.hpp"
 #include "drive_session.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "input.hpp"
 #include "interrupt.hpp"
 #include "live_input.hpp"

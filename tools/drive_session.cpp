@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "interrupt.hpp"
 #include "map_identity.hpp"
 #include "messages.hpp"
@@ -39,6 +40,17 @@ bool is_news(const LinkStatus& now, const LinkStatus& before) {
     return now.state != before.state || now.mode != before.mode || now.reason != before.reason ||
            now.fault != before.fault || now.goals != before.goals ||
            now.waypoints_left != before.waypoints_left;
+}
+
+template <typename What>
+bool has(const std::vector<LinkEvent>& events) {
+    return std::any_of(events.begin(), events.end(), [](const LinkEvent& event) {
+        return std::holds_alternative<What>(event.what);
+    });
+}
+
+void append(std::vector<LinkEvent>& events, std::vector<LinkEvent> more) {
+    std::move(more.begin(), more.end(), std::back_inserter(events));
 }
 
 const char* word_for(LinkRole role) {
@@ -143,34 +155,31 @@ void DriveSession::tell(const PilotOutput& output, double now) {
     fleet_.publish({output.status, output.pose, truck_->status().feedback.battery});
 }
 
-PilotOutput DriveSession::cycle(double now, double seconds, std::vector<LinkEvent> events) {
-    std::vector<LinkEvent> of_fleet = fleet_.events(now);
-    std::move(of_fleet.begin(), of_fleet.end(), std::back_inserter(events));
+void DriveSession::cycle(double now, double seconds, std::vector<LinkEvent> events) {
+    append(events, fleet_.events(now));
     take_note(events, now);
     PilotInput input;
     input.now = now;
     input.seconds = seconds;
     input.events = std::move(events);
     input.drive = truck_->reading(now);
-    PilotOutput output = pilot_.step(input);
+    const PilotOutput output = pilot_.step(input);
     truck_->apply(output);
     routes_.serve(pilot_);
     log_.look(now, output, output.pose, pilot_.route());
     tell(output, now);
-    return output;
 }
 
 void DriveSession::run_in_real_time() {
     truck_ = std::make_unique<TruckPort>(setup_.robot.can, setup_.robot.vehicle);
-    double before = link_clock();
+    double before = steady_seconds();
     while (!interrupted()) {
         std::vector<LinkEvent> events;
         const double due = before + kCycle;
-        for (double left = kCycle; left > 0.0; left = due - link_clock()) {
-            std::vector<LinkEvent> came = server_.events(left);
-            std::move(came.begin(), came.end(), std::back_inserter(events));
+        for (double left = kCycle; left > 0.0; left = due - steady_seconds()) {
+            append(events, server_.events(left));
         }
-        const double now = link_clock();
+        const double now = steady_seconds();
         cycle(now, std::min(now - before, kLongestStep), std::move(events));
         before = now;
     }
@@ -180,20 +189,19 @@ void DriveSession::run_in_real_time() {
 /// clock says of it means nothing.
 std::vector<LinkEvent> DriveSession::events_for(const LockstepTick& tick) {
     std::vector<LinkEvent> events = server_.events();
-    const auto has_pose = [&events] {
-        return std::any_of(events.begin(), events.end(), [](const LinkEvent& event) {
-            return std::holds_alternative<LinkPose>(event.what);
-        });
-    };
-    const double end = link_clock() + kPosePatience;
-    while (tick.pose_due && !has_pose() && !interrupted()) {
-        if (link_clock() > end) {
+    const double end = steady_seconds() + kPosePatience;
+    while (tick.pose_due && !has<LinkPose>(events) && !interrupted()) {
+        if (steady_seconds() > end) {
             throw Error("lockstep: no pose came for the scan before " +
                         fmt::format("{:.2f} s", tick.now));
         }
-        std::vector<LinkEvent> came = server_.events(0.2);
-        std::move(came.begin(), came.end(), std::back_inserter(events));
+        append(events, server_.events(0.2));
     }
+    // Time begins with the first places to go to, so that each run is like the other.
+    while (!had_goals_ && !has<LinkGoals>(events) && !interrupted()) {
+        append(events, server_.events(0.2));
+    }
+    had_goals_ = true;
     for (LinkEvent& event : events) {
         event.arrival = tick.now;
         event.lateness = 0.0;
@@ -203,9 +211,7 @@ std::vector<LinkEvent> DriveSession::events_for(const LockstepTick& tick) {
 
 void DriveSession::run_in_lockstep() {
     LockstepDriveClock clock(setup_.clock);
-    bool has_goals = false;
     double before = -kCycle;
-    std::vector<LinkEvent> early;
     while (!interrupted() && !clock.ended()) {
         const std::optional<LockstepTick> tick = clock.next(0.2);
         if (!tick) {
@@ -216,20 +222,7 @@ void DriveSession::run_in_lockstep() {
             truck_ = std::make_unique<TruckPort>(setup_.robot.can, setup_.robot.vehicle,
                                                  [this] { return lockstep_now_; });
         }
-        std::vector<LinkEvent> events = events_for(*tick);
-        // Time begins with the first places to go to, so that each run is like the other.
-        while (!has_goals && !interrupted()) {
-            for (const LinkEvent& event : events) {
-                has_goals = has_goals || std::holds_alternative<LinkGoals>(event.what);
-            }
-            if (!has_goals) {
-                for (LinkEvent& event : server_.events(0.2)) {
-                    event.arrival = tick->now;
-                    events.push_back(std::move(event));
-                }
-            }
-        }
-        cycle(tick->now, std::max(tick->now - before, 1e-3), std::move(events));
+        cycle(tick->now, std::max(tick->now - before, 1e-3), events_for(*tick));
         before = tick->now;
         clock.done(truck_->step(tick->frames));
     }

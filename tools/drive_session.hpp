@@ -43,7 +43,7 @@ class DriveSession {
     void run_in_real_time();
     void run_in_lockstep();
     /// One cycle: `events` are those that came since the one before.
-    PilotOutput cycle(double now, double seconds, std::vector<LinkEvent> events);
+    void cycle(double now, double seconds, std::vector<LinkEvent> events);
     void say(double now, const std::string& text);
     void take_note(const std::vector<LinkEvent>& events, double now);
     void tell(const PilotOutput& output, double now);
@@ -67,6 +67,7 @@ class DriveSession {
     double next_status_ = 0.0;  ///< seconds
     double next_draw_ = 0.0;    ///< seconds
     double lockstep_now_ = 0.0;
+    bool had_goals_ = false;  ///< in lockstep
 };
 
 }  // namespace hybrid_slam::tools

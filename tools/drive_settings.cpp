@@ -21,9 +21,7 @@ DriveSettings load_drive_settings(const std::filesystem::path& file_or_empty,
     if (!file_or_empty.empty()) {
         schema.load(file_or_empty);
     }
-    for (const std::string& assignment : overrides) {
-        schema.override_with(assignment);
-    }
+    override_with(schema, overrides);
     return settings;
 }
 

@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 
 #include "commands.hpp"
+#include "drive_visit.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/core/stopwatch.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
-#include "hybrid_slam/link/link_client.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "interrupt.hpp"
-#include "messages.hpp"
 #include "pose_publisher.hpp"
-#include "recorder.hpp"
 
 namespace hybrid_slam::tools {
 namespace {
@@ -45,8 +41,6 @@ Examples:
   hybrid-slam goto truck:5000 --pause
   hybrid-slam goto truck:5000 --here 1.2,0.4,180     # tells a SLAM that is lost where it is
 )";
-
-constexpr double kSettling = 1.0;  ///< seconds in which a refusal would come
 
 std::vector<double> numbers_of(const std::string& text) {
     std::vector<double> numbers;
@@ -102,255 +96,23 @@ LinkGoals goals_of(const GotoOptions& options) {
     return goals;
 }
 
-nlohmann::ordered_json to_json(const LinkStatus& status) {
-    nlohmann::ordered_json json = {{"mode", to_string(status.mode)},
-                                   {"state", to_string(status.state)},
-                                   {"reason", status.reason},
-                                   {"fault", status.fault},
-                                   {"goals", status.goals},
-                                   {"waypoints_left", status.waypoints_left},
-                                   {"remaining_m", rounded(status.remaining)}};
-    if (status.map_from_robot) {
-        const Pose2d& pose = *status.map_from_robot;
-        json["pose"] = {{"x_m", rounded(pose.x())},
-                        {"y_m", rounded(pose.y())},
-                        {"heading_deg", rounded(degrees(pose.heading))},
-                        {"age_s", rounded(status.pose_age)}};
-    }
-    return json;
-}
-
-/// One conversation with a drive.
-class Visit {
-  public:
-    explicit Visit(const GotoOptions& options) : options_(options), line_(options.common.quiet) {
-        LinkClientConfig config;
-        config.server = options.server;
-        config.token = options.token;
-        config.name = "hybrid-slam goto";
-        const bool only_looks =
-            options.places.empty() && options.commands.empty() && options.here.empty();
-        client_ =
-            std::make_unique<LinkClient>(config, only_looks ? LinkRole::kWatch : LinkRole::kGoal);
-        watches_ = options.watch || only_looks;
-    }
-
-    int run() {
-        if (!connect()) {
-            print_error("not connected: " + trouble());
-            return kFailure;
-        }
-        send();
-        if (!wait_until_taken()) {
-            return interrupted() ? kInterrupted : kFailure;
-        }
-        return watches_ ? watch() : tell_result(true);
-    }
-
-  private:
-    bool connect() {
-        const Stopwatch clock;
-        while (!interrupted() && clock.seconds() < options_.timeout) {
-            if (client_->wait_connected(0.1)) {
-                return true;
-            }
-            // A server that says no will not change its mind.
-            if (client_->report().refusals > 0) {
-                return false;
-            }
-        }
-        return false;
-    }
-
-    std::string trouble() const {
-        const LinkClientReport report = client_->report();
-        return report.trouble.empty() ? options_.server + ": no answer" : report.trouble;
-    }
-
-    void send() {
-        bool sent = true;
-        if (!options_.here.empty()) {
-            sent = client_->send(pose_of(options_.here));
-        }
-        for (const LinkCommand command : options_.commands) {
-            sent = sent && client_->send(command);
-        }
-        if (!options_.places.empty()) {
-            const LinkGoals goals = goals_of(options_);
-            id_ = goals.id;
-            sent = sent && client_->send(goals);
-        }
-        if (!sent) {
-            throw Error(options_.server + ": the connection is gone");
-        }
-        orders_ = options_.commands.size() + (options_.here.empty() ? 0 : 1) +
-                  (options_.places.empty() ? 0 : 1);
-    }
-
-    /// Whether a status shows that what was sent has come about. One from before never does: a
-    /// command that changes nothing would, and is told so at once.
-    bool is_done(const LinkStatus& status) const {
-        bool done = id_.empty() || status.goals == id_;
-        const bool is_paused = status.state == LinkDriveState::kPaused;
-        for (const LinkCommand command : options_.commands) {
-            switch (command) {
-                case LinkCommand::kCancel:
-                    done = done && (!id_.empty() || status.waypoints_left == 0);
-                    break;
-                case LinkCommand::kPause:
-                    done = done && (is_paused || status.mode == LinkMode::kManual ||
-                                    status.state == LinkDriveState::kFault);
-                    break;
-                case LinkCommand::kResume:
-                    done = done && !is_paused;
-                    break;
-                case LinkCommand::kManual:
-                    done = done && status.mode == LinkMode::kManual;
-                    break;
-                case LinkCommand::kAutomatic:
-                    done = done && status.mode == LinkMode::kAutomatic;
-                    break;
-            }
-        }
-        return done && is_on_its_way();
-    }
-
-    /// All that was to be sent has been given to the network.
-    bool is_on_its_way() const { return client_->report().sent >= orders_; }
-
-    /// The next status; empty after a while, or when something was refused.
-    void listen(double seconds) {
-        for (const ServerMessage& message : client_->received(seconds)) {
-            if (const auto* const status = std::get_if<LinkStatus>(&message)) {
-                status_ = *status;
-                is_taken_ = is_done(*status);
-            } else if (const auto* const refusal = std::get_if<LinkRefusal>(&message)) {
-                refusal_ = refusal->reason;
-            }
-        }
-    }
-
-    /// Whether what was sent is being done; a refusal takes a moment to come.
-    bool wait_until_taken() {
-        const Stopwatch clock;
-        double taken_at = -1.0;
-        while (!interrupted()) {
-            listen(0.05);
-            if (!refusal_.empty()) {
-                line_.clear();
-                print_error("refused: " + refusal_);
-                return false;
-            }
-            if (is_taken_ && status_) {
-                taken_at = taken_at < 0.0 ? clock.seconds() : taken_at;
-                const bool is_under_way =
-                    !id_.empty() && status_->state == LinkDriveState::kDriving;
-                if (watches_ || is_under_way || clock.seconds() - taken_at > kSettling) {
-                    return true;
-                }
-            } else {
-                taken_at = -1.0;  // what seemed to be done was an earlier state of things
-            }
-            if (clock.seconds() > options_.timeout) {
-                print_error(options_.server + ": does not confirm what was sent");
-                return false;
-            }
-        }
-        return false;
-    }
-
-    bool is_over() const {
-        if (id_.empty()) {
-            return false;  // watches for ever
-        }
-        return status_->goals != id_ || status_->state == LinkDriveState::kArrived ||
-               (status_->state == LinkDriveState::kIdle && status_->waypoints_left == 0);
-    }
-
-    int watch() {
-        bool was_connected = true;
-        while (!interrupted()) {
-            listen(0.2);
-            show();
-            if (!refusal_.empty()) {
-                line_.clear();
-                print_error("refused: " + refusal_);
-                return kFailure;
-            }
-            const bool is_connected = client_->report().state == LinkState::kConnected;
-            if (is_connected != was_connected) {
-                line_.clear();
-                print_warning(is_connected ? "connected again"
-                                           : "the connection is gone: " + trouble());
-                was_connected = is_connected;
-            }
-            if (is_connected && is_over()) {
-                line_.clear();
-                return tell_result(status_->goals == id_ &&
-                                   status_->state == LinkDriveState::kArrived);
-            }
-        }
-        line_.clear();
-        return kInterrupted;
-    }
-
-    std::string text() const {
-        std::string text(to_string(status_->state));
-        const std::string& why = status_->fault.empty() ? status_->reason : status_->fault;
-        text += why.empty() ? "" : " (" + why + ")";
-        if (status_->map_from_robot) {
-            const Pose2d& pose = *status_->map_from_robot;
-            text += fmt::format(" at {:.2f}, {:.2f}, {:.0f} deg", pose.x(), pose.y(),
-                                degrees(pose.heading));
-        }
-        if (status_->waypoints_left > 0) {
-            text +=
-                fmt::format("; {:.2f} m/s, {} left, {:.1f} m", status_->speed,
-                            counted(static_cast<std::size_t>(status_->waypoints_left), "waypoint"),
-                            status_->remaining);
-        }
-        return text;
-    }
-
-    void show() {
-        if (!status_) {
-            return;
-        }
-        const std::string news = std::string(to_string(status_->state)) + status_->reason +
-                                 status_->fault + std::to_string(status_->waypoints_left);
-        if (news != shown_) {
-            shown_ = news;
-            line_.clear();
-            print_info(text());
-        } else if (line_.visible()) {
-            line_.draw(text());
-        }
-    }
-
-    int tell_result(bool good) const {
-        if (options_.common.json) {
-            print_json(to_json(*status_));
-        } else {
-            print_result(text());
-        }
-        return good ? kOk : kFailure;
-    }
-
-    const GotoOptions& options_;
-    StatusLine line_;
-    std::unique_ptr<LinkClient> client_;
-    bool watches_ = false;
-    std::string id_;
-    std::size_t orders_ = 0;  ///< lines that were sent
-    bool is_taken_ = false;
-    std::optional<LinkStatus> status_;
-    std::string refusal_;
-    std::string shown_;
-};
-
 int run_goto(const GotoOptions& options) {
+    DriveErrand errand;
+    errand.server = options.server;
+    errand.token = options.token;
+    if (!options.here.empty()) {
+        errand.here = pose_of(options.here);
+    }
+    errand.commands = options.commands;
+    if (!options.places.empty()) {
+        errand.goals = goals_of(options);
+    }
+    errand.watches = options.watch;
+    errand.patience = options.timeout;
+    errand.quiet = options.common.quiet;
+    errand.json = options.common.json;
     catch_interrupts();
-    return Visit(options).run();
+    return visit_drive(errand);
 }
 
 void check_usage(const GotoOptions& options) {

@@ -34,7 +34,7 @@ std::string jump_text(const Jump& jump) {
 }  // namespace
 
 LocalizationMonitor::LocalizationMonitor(const std::string& name, bool live, bool quiet)
-    : live_(live), bar_(name, quiet || live), line_(quiet || !live) {}
+    : name_(name), live_(live), bar_(name, quiet || live), line_(quiet || !live) {}
 
 void LocalizationMonitor::look(const LocalizationResult& result, const Progressed& progressed) {
     if (live_) {

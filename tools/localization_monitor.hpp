@@ -16,7 +16,10 @@ namespace hybrid_slam::tools {
 /// with the pose (outside of a terminal one every few seconds) and each change of the status.
 class LocalizationMonitor {
   public:
+    /// `name`: of the drive.
     LocalizationMonitor(const std::string& name, bool live, bool quiet);
+
+    const std::string& name() const { return name_; }
 
     struct Progressed {
         double share = 0.0;  ///< of the drive; negative when there is no telling
@@ -28,6 +31,7 @@ class LocalizationMonitor {
   private:
     void tell(const LocalizationResult& result);
 
+    std::string name_;
     bool live_;
     Progress bar_;
     StatusLine line_;

@@ -189,17 +189,16 @@ PlaceVerdict LocalizationRun::why_not_found() const {
                                                                 : PlaceVerdict::kAmbiguous;
 }
 
-LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
-                                 LocalizationLog& log, LocalizationMonitor& monitor,
-                                 LocalizationListener* listener) {
+LocalizationRun run_localization(Input& input, Localizer& localizer, LocalizationLog& log,
+                                 LocalizationMonitor& monitor, LocalizationListener* listener) {
     const Stopwatch clock;
     const double cpu_at_start = cpu_seconds();
     Runner runner(input, localizer, log, monitor, listener);
     LocalizationRun run = runner.run();
     if (!runner.saw_anything() && !run.interrupted) {
-        throw Error(name + ": no usable scan in it");
+        throw Error(monitor.name() + ": no usable scan in it");
     }
-    run.name = name;
+    run.name = monitor.name();
     run.total = clock.seconds();
     run.cpu = cpu_seconds() - cpu_at_start;
     return run;

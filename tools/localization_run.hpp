@@ -73,8 +73,8 @@ class LocalizationListener {
 /// Runs the input through the localizer to its end or until a signal comes (see interrupt.hpp).
 /// Throws Error for one that ends without a scan with a return in it, and when the disk is full.
 /// `listener` may be nullptr.
-LocalizationRun run_localization(Input& input, const std::string& name, Localizer& localizer,
-                                 LocalizationLog& log, LocalizationMonitor& monitor,
+LocalizationRun run_localization(Input& input, Localizer& localizer, LocalizationLog& log,
+                                 LocalizationMonitor& monitor,
                                  LocalizationListener* listener = nullptr);
 
 }  // namespace hybrid_slam::tools

@@ -11,13 +11,13 @@
 
 #include "commands.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "hybrid_slam/recording/recording.hpp"
 #include "interrupt.hpp"
-#include "last_pose.hpp"
 #include "live_input.hpp"
 #include "localization_report.hpp"
 #include "localization_run.hpp"
+#include "localization_start.hpp"
 #include "map_identity.hpp"
 #include "messages.hpp"
 #include "place_pictures.hpp"
@@ -42,9 +42,7 @@ struct LocalizeOptions {
     RobotOptions robot;
     PublishOptions publish;
     fs::path out;
-    std::vector<double> initial_pose;                 ///< empty, or x, y (metres) and yaw (degrees)
-    std::vector<double> initial_sigma = {0.5, 10.0};  ///< metres, degrees
-    fs::path resume;
+    StartOptions start;
     YardstickFiles yardstick;
     bool own_truth = false;  ///< is that of the recording, nobody asked for it
     fs::path map_truth;
@@ -53,10 +51,6 @@ struct LocalizeOptions {
 };
 
 constexpr double kLiveSearch = 0.5;  ///< seconds of a search at most, unless configured
-
-// How far a vehicle may have rolled, or been pushed, since its last pose.
-constexpr double kRolled = 0.1;           ///< metres
-constexpr double kTurned = radians(2.0);  ///< radians
 
 constexpr auto kFooter =
     R"(MAP is a map folder, or the .yaml file of a map_server map that somebody else made.
@@ -77,83 +71,6 @@ Examples:
   hybrid-slam localize hall/ drive2/ --out run2/ --map-truth drive1/truth.tum --json | jq .truth
 docs/localization.md tells more.
 )";
-
-/// Where the run begins in the map, if that is known.
-struct Start {
-    std::optional<Pose2d> map_from_robot;
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    Json event;
-};
-
-Eigen::Matrix3d diagonal(double metres, double angle) {
-    return Eigen::Vector3d(metres * metres, metres * metres, angle * angle).asDiagonal();
-}
-
-fs::path last_pose_file(const fs::path& place) {
-    return fs::is_directory(place) ? place / RunFiles::kLastPose : place;
-}
-
-bool resumes_itself(const LocalizeOptions& options) {
-    std::error_code ignored;
-    return !options.resume.empty() && fs::weakly_canonical(options.resume, ignored) ==
-                                          fs::weakly_canonical(options.out, ignored);
-}
-
-/// Where the map knows nothing, no scan can contradict a pose.
-void expect_inside(const ReferenceMap& map, const Pose2d& pose, const std::string& what) {
-    const GridGeometry& grid = map.grid().geometry;
-    const Point2 upper = grid.origin + grid.resolution * Point2(grid.width, grid.height);
-    if ((pose.translation.array() < grid.origin.array()).any() ||
-        (pose.translation.array() > upper.array()).any()) {
-        throw Error(fmt::format(
-            "{}: {:g}, {:g} is not in the map, which reaches from "
-            "{:.1f}, {:.1f} to {:.1f}, {:.1f}",
-            what, pose.x(), pose.y(), grid.origin.x(), grid.origin.y(), upper.x(), upper.y()));
-    }
-}
-
-Start resumed(const LocalizeOptions& options, const ReferenceMap& map,
-              const std::string& identity) {
-    const fs::path file = last_pose_file(options.resume);
-    if ((resumes_itself(options) || options.out.empty()) && !fs::exists(file)) {
-        // What always starts so has to start a first time.
-        print_info(options.resume.string() + ": no last pose there yet; the start is unknown");
-        return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
-    }
-    const LastPose last = read_last_pose(file);
-    if (last.map_identity != identity) {
-        throw Error(fmt::format(
-            "{}: is a pose in another map ('{}', identity {}), not in '{}' ({})", file.string(),
-            last.map, last.map_identity, options.map.string(), identity));
-    }
-    expect_inside(map, last.map_from_robot, file.string());
-    Start start;
-    start.map_from_robot = last.map_from_robot;
-    start.covariance = last.covariance + diagonal(kRolled, kTurned);
-    start.event = {{"event", "start"},
-                   {"from", "last pose"},
-                   {"pose", to_json(last.map_from_robot)},
-                   {"stamp", last.stamp}};
-    return start;
-}
-
-Start start_of(const LocalizeOptions& options, const ReferenceMap& map,
-               const std::string& identity) {
-    if (!options.resume.empty()) {
-        return resumed(options, map, identity);
-    }
-    if (options.initial_pose.empty()) {
-        return {std::nullopt, {}, {{"event", "start"}, {"from", "unknown"}}};
-    }
-    const std::vector<double>& pose = options.initial_pose;
-    Start start;
-    start.map_from_robot = Pose2d(pose[0], pose[1], normalize_angle(radians(pose[2])));
-    start.covariance = diagonal(options.initial_sigma[0], radians(options.initial_sigma[1]));
-    expect_inside(map, *start.map_from_robot, "--initial-pose");
-    start.event = {
-        {"event", "start"}, {"from", "initial pose"}, {"pose", to_json(*start.map_from_robot)}};
-    return start;
-}
 
 Settings settings_of(const LocalizeOptions& options) {
     Settings defaults;
@@ -271,7 +188,7 @@ std::unique_ptr<PosePublisher> publisher_of(const LocalizeOptions& options,
 LocalizationRun run_into(const RunFolder* folder, const LocalizeOptions& options,
                          const Settings& settings, const std::shared_ptr<const ReferenceMap>& map) {
     const std::string identity = identity_of(*map);
-    const Start start = start_of(options, *map, identity);
+    const LocalizationStart start = start_of(options.start, options.out, options.map, *map);
     Localizer localizer(map, localization_of(settings));
     if (start.map_from_robot) {
         localizer.start_at(*start.map_from_robot, start.covariance);
@@ -280,11 +197,11 @@ LocalizationRun run_into(const RunFolder* folder, const LocalizeOptions& options
     LocalizationLog::Start log_start;
     log_start.last_pose.map = options.map.string();
     log_start.last_pose.map_identity = identity;
-    log_start.keep_last_pose = resumes_itself(options);
+    log_start.keep_last_pose = resumes_itself(options.start, options.out);
     if (folder != nullptr) {
         log_start.last_pose_file = *folder / RunFiles::kLastPose;
-    } else if (!options.resume.empty()) {
-        log_start.last_pose_file = last_pose_file(options.resume);
+    } else if (!options.start.resume.empty()) {
+        log_start.last_pose_file = last_pose_file(options.start.resume);
     }
     log_start.event = start.event;
     log_start.config = to_yaml(settings);
@@ -293,7 +210,7 @@ LocalizationRun run_into(const RunFolder* folder, const LocalizeOptions& options
     LocalizationMonitor monitor(name, options.live, options.common.quiet);
     const std::unique_ptr<PosePublisher> publisher =
         publisher_of(options, settings, map, identity, *input);
-    LocalizationRun run = run_localization(*input, name, localizer, log, monitor, publisher.get());
+    LocalizationRun run = run_localization(*input, localizer, log, monitor, publisher.get());
     if (publisher) {
         run.input["published"] = publisher->counts();
     }
@@ -365,37 +282,7 @@ void check_usage(const LocalizeOptions& options) {
             throw CLI::ValidationError("--publish", error.what());
         }
     }
-    for (const double value : options.initial_pose) {
-        if (!std::isfinite(value)) {
-            throw CLI::ValidationError("--initial-pose", "must be three numbers");
-        }
-    }
-    const std::vector<double>& sigma = options.initial_sigma;
-    if (!(sigma[0] > 0.0 && sigma[0] < 1e3 && sigma[1] > 0.0 && sigma[1] < 1e3)) {
-        throw CLI::ValidationError("--initial-sigma", "must be two numbers above 0");
-    }
-}
-
-void add_start_options(CLI::App& command, LocalizeOptions& options) {
-    CLI::Option* pose =
-        command
-            .add_option("--initial-pose", options.initial_pose,
-                        "Pose in the map at the first scan: metres, metres, degrees")
-            ->delimiter(',')
-            ->expected(3)
-            ->type_name("X,Y,YAW");
-    command
-        .add_option("--initial-sigma", options.initial_sigma,
-                    "How sure that is: metres, degrees (0.5,10)")
-        ->delimiter(',')
-        ->expected(2)
-        ->needs(pose)
-        ->type_name("M,DEG");
-    command
-        .add_option("--resume", options.resume,
-                    "Starts where an earlier run ended: its folder, or a last_pose.json")
-        ->excludes(pose)
-        ->type_name("RUN");
+    check_start_options(options.start);
 }
 
 }  // namespace
@@ -418,7 +305,7 @@ void add_localize_command(CLI::App& program, Action& action) {
             "Folder of the run; a run in it is replaced. With --publish it may be left out: "
             "then nothing is kept but the last pose, in what --resume names")
         ->type_name("DIR");
-    add_start_options(*command, *options);
+    add_start_options(*command, options->start);
     command
         ->add_option("--publish", options->publish.servers,
                      "Send each pose to this 'hybrid-slam drive'; as often as there are drives")

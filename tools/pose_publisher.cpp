@@ -116,8 +116,8 @@ void PosePublisher::look_around(const Frame& frame, const LocalizationResult& re
     surroundings_.see(frame.scan, *result.map_from_robot);
 }
 
-LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& result, bool known,
-                                double steering) const {
+LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& result,
+                                bool known) const {
     LinkPose pose;
     pose.stamp = result.stamp;
     pose.map = setup_.identity;
@@ -127,30 +127,36 @@ LinkPose PosePublisher::pose_of(const Frame& frame, const LocalizationResult& re
     if (pose.is_known()) {
         pose.map_from_robot = *result.map_from_robot;
         pose.covariance = result.covariance;
-        const Points obstacles = surroundings_.obstacles(setup_.map->grid());
-        Corridor corridor;
-        corridor.steering = steering;
-        corridor.margin = setup_.surroundings.margin;
-        corridor.most = setup_.surroundings.reach;
-        pose.clear_ahead = free_way(setup_.vehicle, corridor, obstacles);
-        corridor.direction = -1;
-        if (setup_.surroundings.trust_blind_area || surroundings_.sees_behind(setup_.vehicle)) {
-            pose.clear_behind = free_way(setup_.vehicle, corridor, obstacles);
-        }
     }
-    pose.age = std::max(0.0, setup_.now() - result.stamp);
     return pose;
 }
 
+void PosePublisher::look_along(double steering, const Points& obstacles, LinkPose& pose) const {
+    Corridor corridor;
+    corridor.steering = steering;
+    corridor.margin = setup_.surroundings.margin;
+    corridor.most = setup_.surroundings.reach;
+    pose.clear_ahead = free_way(setup_.vehicle, corridor, obstacles);
+    corridor.direction = -1;
+    if (setup_.surroundings.trust_blind_area || surroundings_.sees_behind(setup_.vehicle)) {
+        pose.clear_behind = free_way(setup_.vehicle, corridor, obstacles);
+    }
+}
+
 void PosePublisher::after(const Frame& frame, const LocalizationResult& result, bool known) {
-    if (known && result.map_from_robot) {
+    LinkPose pose = pose_of(frame, result, known);
+    Points obstacles;
+    if (pose.is_known()) {
         look_around(frame, result);
+        obstacles = surroundings_.obstacles(setup_.map->grid());
     } else {
         surroundings_.forget();
     }
     for (const Server& server : servers_) {
-        const LinkPose pose =
-            pose_of(frame, result, known && result.map_from_robot, server.steering);
+        if (pose.is_known()) {
+            look_along(server.steering, obstacles, pose);
+        }
+        pose.age = std::max(0.0, setup_.now() - result.stamp);
         if (setup_.lockstep && !sent_) {
             server.client->wait_connected(10.0);  // else the first pose would be lost
         }

@@ -66,8 +66,10 @@ class PosePublisher : public LocalizationListener {
     void wait_for_answer(Server& server);
     static void tell_news(Server& server);
     void look_around(const Frame& frame, const LocalizationResult& result);
-    LinkPose pose_of(const Frame& frame, const LocalizationResult& result, bool known,
-                     double steering) const;
+    /// All that is told to each drive alike.
+    LinkPose pose_of(const Frame& frame, const LocalizationResult& result, bool known) const;
+    /// What is free where a drive steers.
+    void look_along(double steering, const Points& obstacles, LinkPose& pose) const;
 
     Setup setup_;
     Surroundings surroundings_;

@@ -41,9 +41,7 @@ RobotConfig configured_robot(const RecordOptions& options) {
     RobotConfig robot = robot_of(options.robot);
     ConfigSchema schema;
     describe(schema, robot);
-    for (const std::string& assignment : options.overrides) {
-        schema.override_with(assignment);
-    }
+    override_with(schema, options.overrides);
     const LidarReader checked(robot.lidar);  // before the folder is made
     return robot;
 }

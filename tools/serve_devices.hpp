@@ -10,7 +10,7 @@
 
 #include "hybrid_slam/camera/mjpeg_server.hpp"
 #include "hybrid_slam/can/slcan_terminal.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "serve_unplug.hpp"
 
 namespace hybrid_slam::tools {

@@ -19,12 +19,7 @@ SimulatedDriveConfig config_of(const ServeOptions& options) {
     read_drive_section(options.world, config);
     ConfigSchema schema;
     describe(schema, config);
-    for (const std::string& assignment : options.overrides) {
-        schema.override_with(assignment);
-    }
-    if (options.seed) {
-        schema.override_with(fmt::format("seed={}", *options.seed));
-    }
+    override_with(schema, options.overrides, options.seed);
     config.camera = config.camera && !options.no_camera && (!options.lockstep || options.images);
     return config;
 }

@@ -81,6 +81,15 @@ LocalizationConfig localization_of(const Settings& settings) {
     return config;
 }
 
+void override_with(ConfigSchema& schema, const Overrides& overrides, std::optional<int> seed) {
+    for (const std::string& assignment : overrides) {
+        schema.override_with(assignment);
+    }
+    if (seed) {
+        schema.override_with("seed=" + std::to_string(*seed));
+    }
+}
+
 Settings load_settings(const std::filesystem::path& file_or_empty, const Overrides& overrides,
                        Settings defaults) {
     Settings settings = std::move(defaults);
@@ -89,9 +98,7 @@ Settings load_settings(const std::filesystem::path& file_or_empty, const Overrid
     if (!file_or_empty.empty()) {
         schema.load(file_or_empty);
     }
-    for (const std::string& assignment : overrides) {
-        schema.override_with(assignment);
-    }
+    override_with(schema, overrides);
     check(settings);
     return settings;
 }
@@ -99,9 +106,7 @@ Settings load_settings(const std::filesystem::path& file_or_empty, const Overrid
 Settings with_overrides(Settings settings, const Overrides& overrides) {
     ConfigSchema schema;
     describe(schema, settings);
-    for (const std::string& assignment : overrides) {
-        schema.override_with(assignment);
-    }
+    override_with(schema, overrides);
     return settings;
 }
 

@@ -49,6 +49,10 @@ inline bool uses_images(const Settings& settings) {
 /// "key=value"
 using Overrides = std::vector<std::string>;
 
+/// What options --set and, where there is one, --seed say. Throws Error that names the key.
+void override_with(ConfigSchema& schema, const Overrides& overrides,
+                   std::optional<int> seed = std::nullopt);
+
 /// Throws Error that names the key, and the line when it stands in a file. `defaults` hold for what
 /// neither of the two says.
 Settings load_settings(const std::filesystem::path& file_or_empty, const Overrides& overrides,

@@ -7,7 +7,7 @@
 
 #include "commands.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/logs/carmen_log.hpp"
 #include "hybrid_slam/recording/recording.hpp"
 #include "hybrid_slam/simulator/simulated_vehicle.hpp"
@@ -65,12 +65,7 @@ template <typename Config>
 void override_config(const SimulateOptions& options, Config& config) {
     ConfigSchema schema;
     describe(schema, config);
-    for (const std::string& assignment : options.overrides) {
-        schema.override_with(assignment);
-    }
-    if (options.seed) {
-        schema.override_with(fmt::format("seed={}", *options.seed));
-    }
+    override_with(schema, options.overrides, options.seed);
 }
 
 struct Outcome {

@@ -12,8 +12,8 @@
 
 #include "benchmarks.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/lidar/lidar_reader.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 
 namespace hybrid_slam {

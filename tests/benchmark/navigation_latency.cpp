@@ -15,7 +15,8 @@
 #include "hybrid_slam/camera/mjpeg_server.hpp"
 #include "hybrid_slam/can/drive_codec.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/link/link_server.hpp"
 #include "hybrid_slam/simulator/truck_world.hpp"
 #include "navigation.hpp"
@@ -90,7 +91,7 @@ class Circling {
 
     /// Up to now; in real time from the first call on.
     void go_on() {
-        const double now = link_clock();
+        const double now = steady_seconds();
         start_ = start_ < 0.0 ? now : start_;
         if (now >= next_command_) {
             next_command_ = now + 0.02;
@@ -104,7 +105,7 @@ class Circling {
         }
         for (const LidarBytes& telegram : events.lidar) {
             line_.write(telegram.bytes);
-            written_.push_back(link_clock());
+            written_.push_back(steady_seconds());
         }
     }
 
@@ -185,9 +186,9 @@ int measure_latency(const NavigationOptions& options, const test::LoopMap& map, 
          circling.camera(), "--publish", "tcp://" + server.endpoint().text(), "--out", "run"},
         folder.path(), folder.path() / "said.txt");
     Heard heard;
-    const double counts_from = link_clock() + kSettling;
+    const double counts_from = steady_seconds() + kSettling;
     const double end = counts_from + 0.2 * static_cast<double>(wanted);
-    while (heard.poses.size() < wanted && link_clock() < end) {
+    while (heard.poses.size() < wanted && steady_seconds() < end) {
         if (!localize.running()) {
             throw Error("localize: " + localize.output());
         }

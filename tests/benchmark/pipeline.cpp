@@ -19,7 +19,7 @@
 #include "hybrid_slam/backend/slam.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/metrics.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 #include "hybrid_slam/sensors/sensor_source.hpp"
 #include "hybrid_slam/simulator/simulated_vehicle.hpp"

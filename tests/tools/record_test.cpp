@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "drives.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "running.hpp"
 
 namespace hybrid_slam::test {

@@ -52,6 +52,15 @@ function(hybrid_slam_library name)
   set_property(GLOBAL APPEND PROPERTY HYBRID_SLAM_INCLUDE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include)
 endfunction()
 
+# hybrid_slam_use_asio(NAME): Asio without Boost, in the same variant for all modules, since one program must
+# not see two. Each io_context is of one thread; and fences are what the thread sanitizer cannot follow.
+function(hybrid_slam_use_asio name)
+  find_path(ASIO_INCLUDE_DIR asio.hpp REQUIRED DOC "Asio without Boost (libasio-dev)")
+  mark_as_advanced(ASIO_INCLUDE_DIR)
+  target_include_directories(hybrid_slam_${name} SYSTEM PRIVATE ${ASIO_INCLUDE_DIR})
+  target_compile_definitions(hybrid_slam_${name} PRIVATE ASIO_STANDALONE ASIO_NO_DEPRECATED ASIO_DISABLE_FENCED_BLOCK)
+endfunction()
+
 # hybrid_slam_group(NAME target ...): one name for several modules, so that a component is one target.
 function(hybrid_slam_group name)
   set(target hybrid_slam_${name})

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
@@ -12,16 +11,12 @@
 
 #include "command_watchdog.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 
 namespace hybrid_slam {
 namespace {
 
 constexpr double kStartAgain = 0.5;  // seconds between starts of nodes that are silent
-
-double seconds_now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// A config that was filled by code is held to the same ranges as a file.
 CanDriveConfig in_range(CanDriveConfig config) {
@@ -239,7 +234,7 @@ void CanDrive::Shared::say_goodbye() {
 CanDrive::CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,
                    const VehicleConfig& vehicle, Clock clock)
     : shared_(std::make_unique<Shared>(std::move(bus), in_range(config), vehicle,
-                                       clock ? clock : Clock(seconds_now))) {
+                                       clock ? clock : Clock(steady_seconds))) {
     if (!clock) {
         shared_->thread = std::thread([this] { shared_->run(); });
     }

@@ -5,7 +5,7 @@
 #include "deadline.hpp"
 #include "hybrid_slam/can/slcan.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "serial_device.hpp"
+#include "io/serial_device.hpp"
 
 namespace hybrid_slam {
 namespace {

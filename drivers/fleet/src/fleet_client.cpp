@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "mqtt_connection.hpp"
 
 namespace hybrid_slam {
@@ -21,11 +22,6 @@ namespace {
 constexpr std::size_t kMostWaiting = 64;  // messages; a master sends few
 /// The worker looks at the clock so often, though nobody wakes it.
 constexpr auto kRest = std::chrono::milliseconds(50);
-
-double steady_seconds() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 const FleetConfig& checked(const FleetConfig& config) {
     if (config.broker.empty()) {

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 
 namespace hybrid_slam {
 namespace {

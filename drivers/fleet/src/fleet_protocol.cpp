@@ -123,7 +123,7 @@ struct FleetProtocol::Impl {
             actions.forget_over();
         }
         if (goals) {
-            // New goals set a drive going, but a pause outlasts them.
+            // Whatever a drive makes of goals in a pause, the fleet's own pause outlasts them.
             const bool is_paused_on = will_be_paused() && !goals->append;
             events.emplace_back(std::move(*goals));
             if (is_paused_on) {

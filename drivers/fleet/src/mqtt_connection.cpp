@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "incoming.hpp"
 
 namespace hybrid_slam {

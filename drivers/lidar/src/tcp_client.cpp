@@ -3,10 +3,10 @@
 
 #include <asio/connect.hpp>
 #include <asio/ip/tcp.hpp>
-#include <string_view>
 
 #include "byte_sources.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "timed_read.hpp"
 
 namespace hybrid_slam {
@@ -16,37 +16,14 @@ using asio::ip::tcp;
 
 constexpr double kConnectTimeout = 3.0;  // seconds
 
-struct Address {
-    std::string host;
-    std::string service;
-};
-
-/// tcp://host:port, tcp://[::1]:port
-Address parse(const std::string& name) {
-    const std::string rest = name.substr(std::string_view(kTcpScheme).size());
-    const std::size_t colon = rest.rfind(':');
-    Address address;
-    if (colon != std::string::npos) {
-        address = {rest.substr(0, colon), rest.substr(colon + 1)};
-    }
-    if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
-        address.host = address.host.substr(1, address.host.size() - 2);
-    }
-    const bool digits = address.service.find_first_not_of("0123456789") == std::string::npos;
-    if (address.host.empty() || address.service.empty() || address.service.size() > 5 || !digits ||
-        std::stoi(address.service) > 65535) {
-        throw Error(name + ": not of the form tcp://host:port");
-    }
-    return address;
-}
-
 class TcpClient : public ByteSource {
   public:
     explicit TcpClient(const LidarConfig& config) : name_(config.port), socket_(context_) {
-        const Address address = parse(name_);
+        const Endpoint converter = parse_endpoint(name_);
         std::error_code error;
         tcp::resolver resolver(context_);
-        const auto endpoints = resolver.resolve(address.host, address.service, error);
+        const auto endpoints =
+            resolver.resolve(converter.host, std::to_string(converter.port), error);
         if (error) {
             throw Error(name_ + ": " + error.message());
         }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/link/codec.hpp"
 #include "socket_options.hpp"
 
@@ -113,7 +114,7 @@ void Connection::on_bytes(std::size_t count) {
         }
         return;
     }
-    arrival_ = link_clock();
+    arrival_ = steady_seconds();
     buffer_.append(chunk_.data(), count);
     std::string line;
     while ((stage_ == Stage::kNew || stage_ == Stage::kAdmitted) && buffer_.next(line)) {
@@ -232,7 +233,7 @@ bool Connection::push(decltype(LinkEvent::what) what) {
     LinkEvent event;
     event.client = id_;
     event.role = role_;
-    event.arrival = std::holds_alternative<LinkDisconnected>(what) ? link_clock() : arrival_;
+    event.arrival = std::holds_alternative<LinkDisconnected>(what) ? steady_seconds() : arrival_;
     if (const auto* const pose = std::get_if<LinkPose>(&what)) {
         event.lateness = lateness_.of(pose->stamp, arrival_);
     }

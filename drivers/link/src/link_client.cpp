@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/link/codec.hpp"
-#include "hybrid_slam/link/link_server.hpp"
 #include "mailbox.hpp"
 #include "session.hpp"
 #include "socket_options.hpp"
@@ -110,7 +110,7 @@ LinkClient::~LinkClient() = default;
 
 void LinkClient::send(const LinkPose& pose) {
     try {
-        impl_->mailbox.put_pose(encode_json(ClientMessage(pose)), link_clock());
+        impl_->mailbox.put_pose(encode_json(ClientMessage(pose)), steady_seconds());
     } catch (const Error&) {
         impl_->mailbox.put_invalid_pose();
         return;

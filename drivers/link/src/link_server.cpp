@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid_slam/link/link_server.hpp"
 
-#include <asio/io_context.hpp>
 #include <asio/ip/tcp.hpp>
 #include <asio/post.hpp>
-#include <asio/steady_timer.hpp>
-#include <chrono>
-#include <exception>
-#include <thread>
 #include <utility>
 
 #include "connection.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/link/codec.hpp"
-#include "socket_options.hpp"
+#include "io/tcp_server.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -22,7 +17,6 @@ using asio::ip::tcp;
 
 /// Connections beyond the clients: those that have not said who they are, or are being told no.
 constexpr std::size_t kMostStrangers = 32;
-constexpr double kAcceptPause = 0.1;  // s, when the system is out of sockets
 
 LinkServerConfig checked(LinkServerConfig config) {
     ConfigSchema schema;
@@ -33,79 +27,17 @@ LinkServerConfig checked(LinkServerConfig config) {
     return config;
 }
 
-tcp::acceptor listen(asio::io_context& context, const std::string& text) {
-    const Endpoint endpoint = parse_endpoint(text);
-    std::error_code error;
-    tcp::resolver resolver(context);
-    const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port),
-                                        tcp::resolver::passive, error);
-    tcp::acceptor acceptor(context);
-    if (!error) {
-        const tcp::endpoint address = found.begin()->endpoint();
-        acceptor.open(address.protocol(), error);
-        if (!error) {
-            acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-            acceptor.bind(address, error);
-        }
-        if (!error) {
-            acceptor.listen(tcp::acceptor::max_listen_connections, error);
-        }
-    }
-    if (error) {
-        throw Error(endpoint.text() + ": cannot listen: " + error.message());
-    }
-    return acceptor;
-}
-
-Endpoint endpoint_of(const tcp::acceptor& acceptor) {
-    std::error_code ignored;
-    const tcp::endpoint local = acceptor.local_endpoint(ignored);
-    return {local.address().to_string(), local.port()};
-}
-
 }  // namespace
-
-double link_clock() {
-    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
-    return std::chrono::duration<double>(since_boot).count();
-}
 
 struct LinkServer::Impl {
     explicit Impl(const LinkServerConfig& config)
         : shared(checked(config)),
-          acceptor(listen(context, shared.config.listen)),
-          local(endpoint_of(acceptor)),
-          pause(context),
-          thread([this] { run(); }) {}
+          server(parse_endpoint(shared.config.listen),
+                 [this](tcp::socket socket) { take(std::move(socket)); }) {}
 
     ~Impl() {
-        context.stop();
-        thread.join();
-        shared.connections.clear();  // their sockets need the context
-    }
-
-    void run() {
-        accept();
-        while (!context.stopped()) {
-            try {
-                context.run();
-            } catch (const std::exception&) {
-                // No memory, at worst, for what one handler was to do: the next ones may have it.
-                continue;
-            }
-        }
-    }
-
-    void accept() {
-        acceptor.async_accept([this](std::error_code error, tcp::socket socket) {
-            if (error) {
-                pause.expires_after(nanoseconds(kAcceptPause));
-                pause.async_wait([this](std::error_code) { accept(); });
-                return;
-            }
-            accept();
-            take(std::move(socket));
-        });
+        server.stop();
+        shared.connections.clear();
     }
 
     void take(tcp::socket socket) {
@@ -138,12 +70,8 @@ struct LinkServer::Impl {
     }
 
     ServerShared shared;
-    asio::io_context context{1};
-    tcp::acceptor acceptor;
-    Endpoint local;
-    asio::steady_timer pause;
     std::uint64_t last_id = 0;
-    std::thread thread;
+    TcpServer server;  // last: everything else is there when its thread begins
 };
 
 LinkServer::LinkServer(const LinkServerConfig& config) : impl_(std::make_unique<Impl>(config)) {}
@@ -151,7 +79,7 @@ LinkServer::LinkServer(const LinkServerConfig& config) : impl_(std::make_unique<
 LinkServer::~LinkServer() = default;
 
 Endpoint LinkServer::endpoint() const {
-    return impl_->local;
+    return impl_->server.endpoint();
 }
 
 std::vector<LinkEvent> LinkServer::events(double timeout) {
@@ -163,7 +91,7 @@ void LinkServer::publish(const LinkStatus& status) {
     StatusLines lines;
     lines.json = std::make_shared<const std::string>(encode_json(message) + "\n");
     lines.text = std::make_shared<const std::string>(encode_text(message) + "\n");
-    asio::post(impl_->context, [impl = impl_.get(), lines = std::move(lines)]() mutable {
+    asio::post(impl_->server.context(), [impl = impl_.get(), lines = std::move(lines)]() mutable {
         impl->publish(std::move(lines));
     });
 }
@@ -171,7 +99,7 @@ void LinkServer::publish(const LinkStatus& status) {
 void LinkServer::publish(const LinkInitialPose& pose) {
     const ServerMessage message = pose;
     encode_json(message);  // throws here, where the caller hears it
-    asio::post(impl_->context, [impl = impl_.get(), message] {
+    asio::post(impl_->server.context(), [impl = impl_.get(), message] {
         for (const auto& each : impl->shared.connections) {
             each.second->tell_source(message);
         }
@@ -179,7 +107,7 @@ void LinkServer::publish(const LinkInitialPose& pose) {
 }
 
 void LinkServer::refuse(std::uint64_t client, const std::string& reason) {
-    asio::post(impl_->context, [impl = impl_.get(), client, reason] {
+    asio::post(impl_->server.context(), [impl = impl_.get(), client, reason] {
         const auto found = impl->shared.connections.find(client);
         if (found != impl->shared.connections.end()) {
             found->second->object(reason);

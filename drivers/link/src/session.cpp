@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/link/codec.hpp"
-#include "hybrid_slam/link/link_server.hpp"
 #include "socket_options.hpp"
 
 namespace hybrid_slam {
@@ -121,7 +121,7 @@ void Session::take_line(std::string_view line) {
 
 /// What a stalled network holds would come late: nothing is added to it.
 bool Session::is_stalled() {
-    const double now = link_clock();
+    const double now = steady_seconds();
     const std::size_t confirmed = written_ - std::min(written_, unconfirmed_bytes(socket_));
     if (confirmed == written_ || confirmed > confirmed_) {
         moved_at_ = now;
@@ -143,7 +143,7 @@ void Session::pump() {
     }
     if (!is_stalled()) {
         if (std::optional<std::string> pose =
-                mailbox_.next_pose(link_clock(), setup_.stale_after)) {
+                mailbox_.next_pose(steady_seconds(), setup_.stale_after)) {
             write(std::move(*pose));
         }
         return;

@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "line_buffer.hpp"
 #include "mailbox.hpp"
 

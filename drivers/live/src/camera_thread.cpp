@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "live_state.hpp"
 
 namespace hybrid_slam {

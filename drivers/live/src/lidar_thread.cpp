@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <exception>
 
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "lidar_watch.hpp"
 #include "live_state.hpp"
 

@@ -3,6 +3,8 @@
 
 #include <chrono>
 
+#include "hybrid_slam/core/stopwatch.hpp"
+
 namespace hybrid_slam {
 namespace {
 
@@ -17,11 +19,6 @@ LiveOptions completed(LiveOptions options) {
 }
 
 }  // namespace
-
-double steady_seconds() {
-    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
-    return std::chrono::duration<double>(since_boot).count();
-}
 
 LiveState::LiveState(const RobotConfig& robot_config, LiveOptions live_options)
     : robot(robot_config),

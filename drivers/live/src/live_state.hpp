@@ -67,9 +67,6 @@ class LiveState {
     bool lidar_ended_ = false;
 };
 
-/// Seconds of a clock for waiting, which is never set.
-double steady_seconds();
-
 // What the threads run until `state` is told to stop.
 
 void run_lidar(LiveState& state);

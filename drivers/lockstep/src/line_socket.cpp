@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -109,30 +109,6 @@ tcp::socket connect_to(asio::io_context& context, const std::string& url) {
         throw Error(url + ": no clock: " + error.message());
     }
     return socket;
-}
-
-tcp::acceptor listen_on(asio::io_context& context, const std::string& listen) {
-    const Endpoint endpoint = parse_endpoint(listen);
-    std::error_code error;
-    tcp::acceptor acceptor(context);
-    tcp::resolver resolver(context);
-    const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port),
-                                        tcp::resolver::passive, error);
-    if (!error) {
-        const tcp::endpoint address = found.begin()->endpoint();
-        acceptor.open(address.protocol(), error);
-        if (!error) {
-            acceptor.set_option(tcp::acceptor::reuse_address(true), error);
-            acceptor.bind(address, error);
-        }
-        if (!error) {
-            acceptor.listen(tcp::acceptor::max_listen_connections, error);
-        }
-    }
-    if (error) {
-        throw Error(endpoint.text() + ": cannot listen: " + error.message());
-    }
-    return acceptor;
 }
 
 std::vector<std::string> words_of(const std::string& line) {

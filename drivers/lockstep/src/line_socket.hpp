@@ -34,9 +34,6 @@ class LineSocket {
 /// Throws Error with the address when nobody listens there.
 asio::ip::tcp::socket connect_to(asio::io_context& context, const std::string& url);
 
-/// Throws Error with the address.
-asio::ip::tcp::acceptor listen_on(asio::io_context& context, const std::string& listen);
-
 /// Its words, of a line of words between single blanks.
 std::vector<std::string> words_of(const std::string& line);
 /// Throws Error when it is no finite number.

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "io/tcp_server.hpp"
 #include "line_socket.hpp"
 
 namespace hybrid_slam {
@@ -33,7 +34,7 @@ double seconds_until(Clock::time_point time) {
 
 struct LockstepServer::Impl {
     Impl(const std::string& listen, double patience_in)
-        : patience(patience_in), acceptor(listen_on(context, listen)) {}
+        : patience(patience_in), acceptor(listen_on(context, parse_endpoint(listen))) {}
 
     std::optional<tcp::socket> accept(double timeout);
     void welcome(tcp::socket socket);

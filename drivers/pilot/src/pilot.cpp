@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <deque>
 #include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "orders.hpp"
 #include "pose_watch.hpp"
 
 namespace hybrid_slam {
@@ -15,52 +15,10 @@ namespace {
 
 constexpr double kStanding = 0.005;        ///< m/s
 constexpr double kTakeOverPatience = 2.0;  ///< seconds for a stop before the vehicle is let go
-constexpr double kJumpWanted = 10.0;     ///< seconds that SLAM has to go where it was told to begin
-constexpr int kMostWaiting = 1000;       ///< waypoints
-constexpr double kLeastWheelbase = 0.1;  ///< metres, to either side
-constexpr double kMostSpeed = 50.0;      ///< m/s; more is no measurement
+constexpr double kJumpWanted = 10.0;  ///< seconds that SLAM has to go where it was told to begin
+constexpr int kMostWaiting = 1000;    ///< waypoints
+constexpr double kMostSpeed = 50.0;   ///< m/s; more is no measurement
 constexpr double kMostSteering = 2.0 * kPi;  ///< radians, likewise
-
-/// Places that somebody sent together.
-struct Order {
-    std::vector<Waypoint> waypoints;
-    std::uint64_t client = 0;
-};
-
-std::vector<Waypoint> waypoints_of(const LinkGoals& goals) {
-    std::vector<Waypoint> waypoints;
-    for (const LinkWaypoint& each : goals.waypoints) {
-        waypoints.push_back({each.place, each.heading});
-    }
-    return waypoints;
-}
-
-std::string why_no_way(const Route& route, const Order& order) {
-    const auto place = [&] {
-        const Point2& at = order.waypoints.at(route.failed_waypoint).position;
-        return fmt::format("waypoint {} ({:.2f}, {:.2f})", route.failed_waypoint + 1, at.x(),
-                           at.y());
-    };
-    switch (route.status) {
-        case PlanStatus::kStartBlocked:
-            return "by the map the vehicle touches something where it stands";
-        case PlanStatus::kGoalBlocked:
-            return place() + ": by the map the vehicle has no room there";
-        case PlanStatus::kUnfinished:
-            return place() + ": the search for a way was given up (planner.max_nodes)";
-        case PlanStatus::kNoWay:
-        case PlanStatus::kFound:
-            break;
-    }
-    return place() + ": there is no way to it";
-}
-
-VehicleConfig checked(const VehicleConfig& vehicle) {
-    if (!(std::abs(vehicle.wheelbase) >= kLeastWheelbase)) {
-        throw Error("vehicle.wheelbase: too short to steer by");
-    }
-    return vehicle;
-}
 
 PilotConfig checked(PilotConfig config) {
     ConfigSchema schema;
@@ -72,7 +30,7 @@ PilotConfig checked(PilotConfig config) {
 
 struct Pilot::State {
     State(const VehicleConfig& the_vehicle, const PilotConfig& how, std::string the_map)
-        : vehicle(checked(the_vehicle)),
+        : vehicle(steerable(the_vehicle)),
           config(checked(how)),
           map(std::move(the_map)),
           poses(config, map),
@@ -107,20 +65,16 @@ struct Pilot::State {
     bool paused = false;
     std::string why_paused;  ///< when nobody asked for it
     std::string fault;
-    std::deque<Order> queue;
-    std::optional<Order> active;  ///< planned for, or driven
+    Orders orders;
     std::optional<RouteRequest> request;
     std::uint64_t requests = 0;
     std::optional<Route> route;
-    bool dropping = false;  ///< the active order ends as soon as the vehicle stands
-    int replans = 0;
     bool arrived = false;
     std::string note;  ///< why there is nothing to do any more
     std::string goals;
 
     FollowerState follower;
     FollowerStep last;
-    std::size_t reached = 0;  ///< waypoints of the active order, before its present route
     double speed = 0.0;
     double steering = 0.0;
     double stopping_for = 0.0;  ///< seconds since manual mode was asked for
@@ -145,11 +99,7 @@ void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
         return;
     }
     poses.expect_no_jump();
-    if (!wanted.append) {
-        queue.clear();
-        dropping = active.has_value();
-    }
-    queue.push_back({waypoints_of(wanted), event.client});
+    orders.add(wanted, event.client);
     goals = wanted.id;
     arrived = false;
     note.clear();
@@ -157,8 +107,7 @@ void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
 
 /// Stops, and forgets where it was to go.
 void Pilot::State::abandon(std::string why) {
-    queue.clear();
-    dropping = active.has_value();
+    orders.abandon();
     note = std::move(why);
     arrived = false;
 }
@@ -195,7 +144,7 @@ void Pilot::State::take(const LinkEvent& event, LinkCommand command) {
 
 /// A vehicle that is on its way must not be put elsewhere.
 void Pilot::State::take(const LinkEvent& event, const LinkInitialPose& pose) {
-    if (active || !queue.empty() || !standing) {
+    if (!orders.empty() || !standing) {
         out.refusals.push_back(
             {event.client, "initial pose: the vehicle must stand, without places to go to"});
     } else if (!poses.has_source()) {
@@ -208,14 +157,7 @@ void Pilot::State::take(const LinkEvent& event, const LinkInitialPose& pose) {
 
 void Pilot::State::lose(std::uint64_t client) {
     poses.gone(client);
-    if (!config.needs_goal_client) {
-        return;
-    }
-    bool is_missed = active && active->client == client;
-    for (const Order& order : queue) {
-        is_missed = is_missed || order.client == client;
-    }
-    if (is_missed) {
+    if (config.needs_goal_client && orders.are_of(client)) {
         abandon("the goal client is gone");
     }
 }
@@ -256,7 +198,7 @@ void Pilot::State::look_at_drive(const PilotInput& input) {
     standing = std::abs(speed) < kStanding;
     // What was only commanded, in a dry run, moves nobody.
     poses.drive(input.now, input.drive.speed ? speed * input.seconds : 0.0);
-    if (fault.empty() && !trouble.empty() && (active || !queue.empty())) {
+    if (fault.empty() && !trouble.empty() && !orders.empty()) {
         // It must not start again by itself as soon as somebody has mended it.
         pause("the drive had a fault; resume when all is well");
     }
@@ -268,7 +210,7 @@ std::string Pilot::State::hold_reason(double now) const {
     if (!fault.empty()) {
         return fault;
     }
-    if (dropping) {
+    if (orders.dropping()) {
         return "stopping";
     }
     if (paused) {
@@ -278,32 +220,26 @@ std::string Pilot::State::hold_reason(double now) const {
 }
 
 void Pilot::State::finish_dropping() {
-    if (dropping && standing) {
-        dropping = false;
-        active.reset();
+    if (orders.dropping() && standing) {
+        orders.drop();
         request.reset();
         route.reset();
     }
 }
 
 void Pilot::State::ask_for_route() {
-    if (!active && !queue.empty()) {
-        active = std::move(queue.front());
-        queue.pop_front();
-        reached = 0;
-        replans = 0;
-    }
-    if (active && !request && standing) {
-        const auto begin = active->waypoints.begin() + static_cast<std::ptrdiff_t>(reached);
-        request = {++requests, *poses.last_known(), {begin, active->waypoints.end()}};
+    orders.begin();
+    if (orders.active() != nullptr && !request && standing) {
+        request = {++requests, *poses.last_known(), orders.active()->ahead()};
     }
 }
 
 /// The vehicle is beside its way, or has stopped too far from where it should be.
 void Pilot::State::replan() {
-    reached += last.waypoints_reached;
+    Order& order = *orders.active();
+    order.reached += last.waypoints_reached;
     route.reset();
-    if (++replans > config.most_replans || reached >= active->waypoints.size()) {
+    if (++order.replans > config.most_replans || order.ahead().empty()) {
         abandon("the places are not reached: every new way was left again");
     }
 }
@@ -325,8 +261,8 @@ void Pilot::State::go(const PilotInput& input) {
     now.pose = poses.fresh(input.now);
     now.speed = input.drive.speed;
     now.steering = input.drive.steering;
-    now.free_ahead = poses.free_ahead(input.now);
-    now.free_behind = poses.free_behind(input.now);
+    now.free_ahead = poses.free_ahead();
+    now.free_behind = poses.free_behind();
     now.hold = !hold_reason(input.now).empty();
     last = follow(*route, vehicle, config.follower, follower, now);
     // Held for long, the power may go off.
@@ -334,23 +270,17 @@ void Pilot::State::go(const PilotInput& input) {
         out.command = last.command;
     }
     if (last.status == FollowerStatus::kArrived && standing) {
-        active.reset();
+        orders.finish();
         route.reset();
-        arrived = queue.empty();
+        arrived = orders.empty();
     } else if (last.status == FollowerStatus::kOffPath && standing && !now.hold) {
         replan();
     }
 }
 
 int Pilot::State::waypoints_left() const {
-    std::size_t left = 0;
-    for (const Order& order : queue) {
-        left += order.waypoints.size();
-    }
-    if (active && !dropping) {
-        left += active->waypoints.size() - reached - (route ? last.waypoints_reached : 0);
-    }
-    return static_cast<int>(left);
+    const bool counts_now = route && !orders.dropping();
+    return static_cast<int>(orders.waypoints_left() - (counts_now ? last.waypoints_reached : 0));
 }
 
 LinkDriveState Pilot::State::drive_state() const {
@@ -363,7 +293,7 @@ LinkDriveState Pilot::State::drive_state() const {
     if (paused) {
         return LinkDriveState::kPaused;
     }
-    if (!active && queue.empty()) {
+    if (orders.empty()) {
         return arrived ? LinkDriveState::kArrived : LinkDriveState::kIdle;
     }
     const bool moves = route && (last.status == FollowerStatus::kDriving ||
@@ -385,13 +315,12 @@ void Pilot::State::tell(double now) {
     status.steering = steering;
     status.waypoints_left = waypoints_left();
     status.remaining = route ? last.remaining : 0.0;
-    const bool waits = active || !queue.empty();
     if (status.state == LinkDriveState::kDriving || status.state == LinkDriveState::kArrived) {
         return;
     }
     if (mode == LinkMode::kManual) {
         status.reason = "manual mode";
-    } else if (!waits && !paused) {
+    } else if (orders.empty() && !paused) {
         status.reason = note;
     } else if (const std::string why = hold_reason(now); !why.empty()) {
         status.reason = why;
@@ -460,16 +389,14 @@ std::optional<RouteRequest> Pilot::wanted_route() const {
 
 void Pilot::take(std::uint64_t number, Route route) {
     State& state = *state_;
-    if (!state.request || state.request->number != number || !state.active) {
+    if (!state.request || state.request->number != number || state.orders.active() == nullptr) {
         return;
     }
-    Order asked = *state.active;
-    asked.waypoints = state.request->waypoints;
-    state.request.reset();
+    const RouteRequest asked = *std::exchange(state.request, std::nullopt);
     if (route.status != PlanStatus::kFound) {
-        const std::string why = why_no_way(route, asked);
+        const std::string why = why_no_way(route, asked.waypoints);
+        state.later.push_back({state.orders.active()->client, why});
         state.abandon(why);
-        state.later.push_back({asked.client, why});
         return;
     }
     state.follower = begin_route(state.follower);

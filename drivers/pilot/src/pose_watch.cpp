@@ -76,17 +76,16 @@ std::optional<std::string> PoseWatch::take(const LinkEvent& event, const LinkPos
         frozen_.reset();  // whatever comes next is a new pose
         return std::nullopt;
     }
-    const double taken_at = event.arrival - pose.age - event.lateness;
     look_for_jump();
     if (excess() > config_.pose_valid) {
         poses_.clear();  // nobody knows well when those were taken
     } else {
-        compare_with_wheels(taken_at);
+        compare_with_wheels();
     }
     last_known_ = pose.map_from_robot;
     last_known_arrival_ = event.arrival;
     last_known_age_ = pose.age;
-    last_known_odometer_ = odometer_at(taken_at);
+    last_known_odometer_ = odometer_at(taken_at());
     return std::nullopt;
 }
 
@@ -114,8 +113,8 @@ void PoseWatch::look_for_jump() {
 }
 
 /// A pose that stays where it is while the wheels turn is an old one that somebody repeats.
-void PoseWatch::compare_with_wheels(double taken_at) {
-    const Sample now{taken_at, odometer_at(taken_at), pose_.map_from_robot.translation,
+void PoseWatch::compare_with_wheels() {
+    const Sample now{taken_at(), odometer_at(taken_at()), pose_.map_from_robot.translation,
                      pose_.map_from_robot.heading};
     // The way along where the vehicle headed then, backwards too: wheels that count the wrong way
     // round do not agree either.
@@ -193,16 +192,15 @@ std::optional<PoseReading> PoseWatch::fresh(double now) {
         return std::nullopt;
     }
     is_fresh_ = false;
-    return PoseReading{pose_.map_from_robot, pose_.age + lateness_ + (now - arrival_)};
+    return PoseReading{pose_.map_from_robot, now - taken_at()};
 }
 
-double PoseWatch::free_way(const std::optional<double>& told, double now) const {
+double PoseWatch::free_way(const std::optional<double>& told) const {
     if (!told || !any_) {
         return 0.0;
     }
     // What was free when the scan was taken has been driven into since.
-    const double taken_at = now - pose_.age - lateness_ - (now - arrival_);
-    return std::max(0.0, *told - std::abs(odometer_ - odometer_at(taken_at)));
+    return std::max(0.0, *told - std::abs(odometer_ - odometer_at(taken_at())));
 }
 
 }  // namespace hybrid_slam

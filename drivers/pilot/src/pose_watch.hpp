@@ -47,8 +47,8 @@ class PoseWatch {
     /// Seconds since the scan of that.
     double age(double now) const { return now - last_known_arrival_ + last_known_age_; }
     /// Metres that are free now in the corridor of the newest pose; 0 when nobody says so.
-    double free_ahead(double now) const { return free_way(pose_.clear_ahead, now); }
-    double free_behind(double now) const { return free_way(pose_.clear_behind, now); }
+    double free_ahead() const { return free_way(pose_.clear_ahead); }
+    double free_behind() const { return free_way(pose_.clear_behind); }
 
   private:
     struct Sample {
@@ -58,7 +58,7 @@ class PoseWatch {
         double heading = 0.0;
     };
 
-    double free_way(const std::optional<double>& told, double now) const;
+    double free_way(const std::optional<double>& told) const;
     double odometer_at(double time) const;
     bool is_of_this_map() const;
     bool is_usable() const { return pose_.is_known() && is_of_this_map(); }
@@ -67,7 +67,9 @@ class PoseWatch {
     /// Seconds by which the pose is older than it looks.
     double excess() const;
     void look_for_jump();
-    void compare_with_wheels(double taken_at);
+    void compare_with_wheels();
+    /// When the scan of the newest pose was taken, by the clock of its arrival.
+    double taken_at() const { return arrival_ - pose_.age - lateness_; }
 
     PilotConfig config_;
     std::string map_;

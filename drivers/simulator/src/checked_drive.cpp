@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "checked_drive.hpp"
 
-#include <cmath>
-
 #include "hybrid_slam/core/error.hpp"
 
 namespace hybrid_slam {
-namespace {
-
-constexpr double kLeastWheelbase = 0.1;  ///< metres, to either side
-
-}  // namespace
-
 SimulatedDriveConfig checked_drive(SimulatedDriveConfig config, const RobotConfig& robot) {
     ConfigSchema schema;
     const ConfigSchema::Section section(schema, "drive");
@@ -19,9 +11,7 @@ SimulatedDriveConfig checked_drive(SimulatedDriveConfig config, const RobotConfi
     if (config.speed > robot.vehicle.speed_limit) {
         throw Error("drive.speed: above the vehicle's speed_limit");
     }
-    if (std::abs(robot.vehicle.wheelbase) < kLeastWheelbase) {
-        throw Error("vehicle.wheelbase: too short to steer by");
-    }
+    steerable(robot.vehicle);
     if (robot.lidar.protocol != LidarProtocol::kS300) {
         throw Error("lidar.protocol: the simulated scanner speaks s300 alone");
     }

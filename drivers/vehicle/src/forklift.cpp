@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hybrid_slam/core/error.hpp"
+
 namespace hybrid_slam {
 namespace {
 
@@ -24,6 +26,14 @@ void describe(ConfigSchema& schema, VehicleConfig& config) {
     schema.add("footprint_front", config.footprint_front, 0.0, 20.0, "m ahead of the origin");
     schema.add("footprint_rear", config.footprint_rear, 0.0, 20.0, "m behind the origin");
     schema.add("footprint_width", config.footprint_width, 0.0, 20.0, "m");
+}
+
+const VehicleConfig& steerable(const VehicleConfig& config) {
+    constexpr double kLeastWheelbase = 0.1;  // metres, to either side
+    if (!(std::abs(config.wheelbase) >= kLeastWheelbase)) {
+        throw Error("vehicle.wheelbase: too short to steer by");
+    }
+    return config;
 }
 
 /// Bicycle model: the normals of both wheels meet in the centre of the turn.

@@ -45,7 +45,7 @@ class LiveAdapter {
     LiveAdapter() : terminal_(std::in_place), thread_([this] { run(); }) {}
     ~LiveAdapter() { unplug(); }
 
-    const std::string& path() const { return terminal_->path(); }
+    std::string path() const { return terminal_->path(); }
 
     void unplug() {
         end_ = true;
@@ -215,9 +215,7 @@ TEST(SlcanBus, OpeningSaysWhatIsWrong) {
     config.bit_rate = 83333;
     EXPECT_THAT(refusal(config), HasSubstr("bit_rate: SLCAN has 10000"));
     config = slcan_at(adapter.path());
-    config.baud = 12345;
-    EXPECT_THAT(refusal(config), HasSubstr("baud: 12345"));
-    config.baud = 115200;
+    config.baud = 12345;  // any, as far as the device can do it
     const auto bus = open_can_bus(config);
     EXPECT_THAT(refusal(config), HasSubstr("in use by another program"));
 }

@@ -5,7 +5,7 @@
 #include <thread>
 #include <vector>
 
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 #include "streams.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "collector.hpp"
 #include "hybrid_slam/core/error.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "support/temp_folder.hpp"
 
 namespace hybrid_slam {

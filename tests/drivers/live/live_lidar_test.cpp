@@ -10,8 +10,8 @@
 
 #include "collector.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/lidar/lidar_reader.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
 #include "local_server.hpp"
 #include "support/temp_folder.hpp"
 #include "uart.hpp"

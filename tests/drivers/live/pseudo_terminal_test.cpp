@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

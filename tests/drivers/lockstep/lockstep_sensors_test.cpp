@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hybrid_slam/camera/mjpeg_server.hpp"
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/lockstep/lockstep_server.hpp"
 #include "support/error_of.hpp"
 #include "support/temp_folder.hpp"

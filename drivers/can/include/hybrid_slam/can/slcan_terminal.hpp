@@ -3,15 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "hybrid_slam/can/slcan.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 
 namespace hybrid_slam {
-
-class DeviceLink;
 
 /// An SLCAN adapter that needs no hardware: whoever opens `path` as "slcan:<path>" exchanges frames
 /// with this end. Destroying it pulls the adapter out.
@@ -21,12 +19,9 @@ class SlcanTerminal {
     /// PseudoTerminal's does. Throws Error when that name is taken by something else or cannot be
     /// made, and when the system has no terminal left.
     explicit SlcanTerminal(const std::filesystem::path& link = {});
-    ~SlcanTerminal();
-    SlcanTerminal(const SlcanTerminal&) = delete;
-    SlcanTerminal& operator=(const SlcanTerminal&) = delete;
 
     /// What to open: the link, or without one the terminal itself.
-    const std::string& path() const { return path_; }
+    std::string path() const { return line_.path(); }
     /// Whether the host has opened the bus.
     bool is_open() const { return adapter_.is_open(); }
 
@@ -44,12 +39,8 @@ class SlcanTerminal {
     std::uint64_t dropped() const { return dropped_; }  ///< frames and answers
 
   private:
-    void open();
-
+    PseudoTerminal line_;
     SlcanAdapter adapter_;
-    std::string path_;
-    int master_ = -1;
-    std::unique_ptr<DeviceLink> link_;
     std::uint64_t dropped_ = 0;
 };
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hybrid_slam/core/config.hpp"
-#include "hybrid_slam/link/endpoint.hpp"
+#include "hybrid_slam/io/endpoint.hpp"
 #include "hybrid_slam/link/messages.hpp"
 
 namespace hybrid_slam {
@@ -36,7 +36,7 @@ struct LinkDisconnected {
 struct LinkEvent {
     std::uint64_t client = 0;  ///< counts from 1, never used again
     LinkRole role = LinkRole::kWatch;
-    double arrival = 0.0;  ///< s of link_clock()
+    double arrival = 0.0;  ///< s of steady_seconds()
     /// Of a pose: s by which it came later, against its stamp, than the promptest of the last half
     /// to whole minute from this client. Two computers' clocks cannot be compared, this can: it
     /// tells a pose that was held up on the way, although it came just now.
@@ -44,9 +44,6 @@ struct LinkEvent {
     std::variant<LinkConnected, LinkDisconnected, LinkPose, LinkGoals, LinkCommand, LinkInitialPose>
         what;
 };
-
-/// Seconds of the steady clock that arrivals are told by.
-double link_clock();
 
 struct LinkServerCounts {
     std::uint64_t connections = 0;       ///< greeted and let in

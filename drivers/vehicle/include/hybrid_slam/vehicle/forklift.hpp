@@ -23,6 +23,9 @@ struct VehicleConfig {
 /// Lists the keys without a section before them.
 void describe(ConfigSchema& schema, VehicleConfig& config);
 
+/// The same; throws Error when the wheelbase is too short to steer by.
+const VehicleConfig& steerable(const VehicleConfig& config);
+
 /// What is asked of the vehicle.
 struct DriveCommand {
     double speed = 0.0;     ///< m/s of the fixed axle; negative is backwards

@@ -54,15 +54,7 @@ void set_up_serial_line(int descriptor, int baud, const std::string& name) {
                     std::to_string(mode.c_ospeed) + ")");
     }
     ask_for_low_latency(descriptor);
-    ioctl(descriptor, TCFLSH, TCIFLUSH);
-}
-
-void keep_for_us(int descriptor) {
-    ioctl(descriptor, TIOCEXCL);
-}
-
-void give_back(int descriptor) {
-    ioctl(descriptor, TIOCNXCL);
+    ioctl(descriptor, TCFLSH, TCIOFLUSH);
 }
 
 }  // namespace hybrid_slam

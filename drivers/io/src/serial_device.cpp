@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "serial_device.hpp"
+#include "io/serial_device.hpp"
 
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <system_error>
-#include <utility>
 
 #include "hybrid_slam/core/error.hpp"
+#include "serial_line.hpp"
 
 namespace hybrid_slam {
 namespace {
@@ -34,27 +36,13 @@ std::string open_reason(int error) {
     }
 }
 
-speed_t speed_code(int baud, const std::string& name) {
-    constexpr std::array<std::pair<int, speed_t>, 14> kCodes = {{{9600, B9600},
-                                                                 {19200, B19200},
-                                                                 {38400, B38400},
-                                                                 {57600, B57600},
-                                                                 {115200, B115200},
-                                                                 {230400, B230400},
-                                                                 {460800, B460800},
-                                                                 {500000, B500000},
-                                                                 {576000, B576000},
-                                                                 {921600, B921600},
-                                                                 {1000000, B1000000},
-                                                                 {2000000, B2000000},
-                                                                 {3000000, B3000000},
-                                                                 {4000000, B4000000}}};
-    for (const auto& [rate, code] : kCodes) {
-        if (rate == baud) {
-            return code;
-        }
-    }
-    throw Error(name + ": baud: " + std::to_string(baud) + " is no usual rate (115200, 1000000)");
+/// A pseudo-terminal outlives its reader, and so would its exclusiveness if that is killed.
+bool is_pseudo_terminal(int descriptor) {
+    constexpr unsigned kFirstMajor = 136;
+    constexpr unsigned kLastMajor = 143;
+    struct stat status {};
+    return fstat(descriptor, &status) == 0 && major(status.st_rdev) >= kFirstMajor &&
+           major(status.st_rdev) <= kLastMajor;
 }
 
 }  // namespace
@@ -65,35 +53,24 @@ SerialDevice::SerialDevice(const std::string& device, int baud, const std::strin
         throw Error(name_ + ": " + open_reason(errno));
     }
     try {
-        // Two drivers on one line would steal each other's answers.
+        // Root ignores TIOCEXCL, and pseudo-terminals go without: the lock keeps at least a second
+        // one of us away, who would take every other byte.
         if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
             throw Error(name_ + ": " + open_reason(errno));
         }
-        set_up(baud);
+        set_up_serial_line(descriptor_, baud, name_);
     } catch (...) {
         ::close(descriptor_);
         throw;
     }
+    exclusive_ = !is_pseudo_terminal(descriptor_) && ioctl(descriptor_, TIOCEXCL) == 0;
 }
 
 SerialDevice::~SerialDevice() {
+    if (exclusive_) {
+        ioctl(descriptor_, TIOCNXCL);
+    }
     ::close(descriptor_);
-}
-
-void SerialDevice::set_up(int baud) const {
-    termios mode{};
-    if (tcgetattr(descriptor_, &mode) != 0) {
-        throw Error(name_ + ": not a serial port");
-    }
-    cfmakeraw(&mode);
-    mode.c_cflag |= static_cast<tcflag_t>(CLOCAL | CREAD);
-    mode.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
-    if (cfsetspeed(&mode, speed_code(baud, name_)) != 0 ||
-        tcsetattr(descriptor_, TCSANOW, &mode) != 0) {
-        throw Error(name_ + ": " + std::to_string(baud) +
-                    " baud refused: " + std::generic_category().message(errno));
-    }
-    tcflush(descriptor_, TCIOFLUSH);
 }
 
 std::string SerialDevice::read() {

@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hybrid_slam {
 
-/// The sending end of a serial line that needs no hardware: whoever opens `path` as a serial port
-/// reads what is written here. Like a scanner it talks whether anybody listens or not, and never
-/// waits. Destroying it pulls the cable.
+/// The device's end of a serial line that needs no hardware: whoever opens `path` as a serial port
+/// reads what is written here, and the other way round. Like a scanner it talks whether anybody
+/// listens or not, and never waits. Destroying it pulls the cable.
 class PseudoTerminal {
   public:
     /// With `link`, a symbolic link of that name points to the terminal for as long as it lives; a
@@ -29,6 +30,14 @@ class PseudoTerminal {
 
     /// Bytes are dropped when nobody has it open, and from where the reader's buffer is full.
     void write(const std::vector<std::uint8_t>& bytes);
+    /// The same; how many were not dropped.
+    std::size_t write(std::string_view bytes);
+
+    /// What the other end wrote; empty when that is nothing so far.
+    std::string read();
+
+    /// To be polled: readable when `read` has something, or nobody has it open.
+    int descriptor() const { return master_; }
 
     std::uint64_t dropped() const { return dropped_; }  ///< bytes
 

@@ -8,12 +8,14 @@ namespace hybrid_slam {
 /// A serial device with raw bytes, for this process alone. Nothing here waits.
 class SerialDevice {
   public:
-    /// Drops what the device had received. Throws Error with `name`.
+    /// At any baud rate that its driver takes; drops what it had received. Throws Error with
+    /// `name`.
     SerialDevice(const std::string& device, int baud, const std::string& name);
     ~SerialDevice();
     SerialDevice(const SerialDevice&) = delete;
     SerialDevice& operator=(const SerialDevice&) = delete;
 
+    const std::string& name() const { return name_; }
     int descriptor() const { return descriptor_; }
 
     /// What is there; empty when nothing is. Throws Error when the device is gone.
@@ -28,10 +30,9 @@ class SerialDevice {
     void forget_unsent() const;
 
   private:
-    void set_up(int baud) const;
-
     std::string name_;
     int descriptor_ = -1;
+    bool exclusive_ = false;
 };
 
 }  // namespace hybrid_slam

@@ -6,12 +6,9 @@
 namespace hybrid_slam {
 
 /// Sets an open terminal to raw bytes, 8 data bits, no parity, one stop bit, no flow control and
-/// any baud rate, and drops what it had received. Throws Error with `name`, when the device is no
+/// any baud rate, and drops what it had
+/// received or not sent. Throws Error with `name`, when the device is no
 /// serial port or cannot do the rate.
 void set_up_serial_line(int descriptor, int baud, const std::string& name);
-
-/// Keeps others from opening the terminal, or lets them again. Best effort.
-void keep_for_us(int descriptor);
-void give_back(int descriptor);
 
 }  // namespace hybrid_slam

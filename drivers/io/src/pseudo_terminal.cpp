@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hybrid_slam/lidar/pseudo_terminal.hpp"
+#include "hybrid_slam/io/pseudo_terminal.hpp"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -7,6 +7,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <system_error>
@@ -106,12 +107,16 @@ void PseudoTerminal::forget_leftovers() {
 }
 
 void PseudoTerminal::write(const std::vector<std::uint8_t>& bytes) {
+    write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+std::size_t PseudoTerminal::write(std::string_view bytes) {
     if (!has_reader()) {
         if (had_reader_) {
             forget_leftovers();
         }
         dropped_ += bytes.size();
-        return;
+        return 0;
     }
     had_reader_ = true;
     std::size_t done = 0;
@@ -126,6 +131,13 @@ void PseudoTerminal::write(const std::vector<std::uint8_t>& bytes) {
         done += static_cast<std::size_t>(count);
     }
     dropped_ += bytes.size() - done;
+    return done;
+}
+
+std::string PseudoTerminal::read() {
+    std::array<char, 4096> bytes{};
+    const ssize_t count = ::read(master_, bytes.data(), bytes.size());
+    return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
 }
 
 }  // namespace hybrid_slam
