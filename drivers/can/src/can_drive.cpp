@@ -232,7 +232,7 @@ void CanDrive::Shared::say_goodbye() {
 }
 
 CanDrive::CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,
-                   const VehicleConfig& vehicle, Clock clock)
+                   const VehicleConfig& vehicle, const Clock& clock)
     : shared_(std::make_unique<Shared>(std::move(bus), in_range(config), vehicle,
                                        clock ? clock : Clock(steady_seconds))) {
     if (!clock) {

@@ -134,7 +134,7 @@ std::size_t PseudoTerminal::write(std::string_view bytes) {
     return done;
 }
 
-std::string PseudoTerminal::read() {
+std::string PseudoTerminal::read() const {
     std::array<char, 4096> bytes{};
     const ssize_t count = ::read(master_, bytes.data(), bytes.size());
     return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};

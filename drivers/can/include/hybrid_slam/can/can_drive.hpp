@@ -53,7 +53,7 @@ class CanDrive {
     /// thread: whoever has the clock calls `step` for each cycle. Throws Error for a layout that
     /// does not work.
     CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,
-             const VehicleConfig& vehicle, Clock clock = {});
+             const VehicleConfig& vehicle, const Clock& clock = {});
     /// Sends speed zero, then power off, without waiting for the truck to stand.
     ~CanDrive();
     CanDrive(const CanDrive&) = delete;

@@ -34,7 +34,7 @@ class PseudoTerminal {
     std::size_t write(std::string_view bytes);
 
     /// What the other end wrote; empty when that is nothing so far.
-    std::string read();
+    std::string read() const;
 
     /// To be polled: readable when `read` has something, or nobody has it open.
     int descriptor() const { return master_; }
