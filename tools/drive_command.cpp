@@ -80,7 +80,7 @@ DriveSettings settings_of(const DriveOptions& options) {
 }
 
 int run_drive(const DriveOptions& options) {
-    catch_interrupts();
+    catch_interrupts(2);  // a second signal must not overtake the stop that the first is to bring
     DriveSetup setup;
     setup.robot = vehicle_of(options);
     setup.settings = settings_of(options);

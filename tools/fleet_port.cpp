@@ -67,11 +67,13 @@ std::vector<LinkEvent> FleetPort::events(double now) {
         return events;
     }
     state_->tell_news();
+    // They came since the last call, which may be long ago for a drive that was held up.
+    looked_at_ = looked_at_.value_or(now);
     for (const FleetEvent& wanted : state_->client.events()) {
         LinkEvent event;
         event.client = kClient;
         event.role = LinkRole::kGoal;
-        event.arrival = now;
+        event.arrival = *looked_at_;
         if (const auto* const goals = std::get_if<LinkGoals>(&wanted)) {
             event.what = *goals;
         } else if (const auto* const command = std::get_if<LinkCommand>(&wanted)) {
@@ -81,6 +83,7 @@ std::vector<LinkEvent> FleetPort::events(double now) {
         }
         events.push_back(std::move(event));
     }
+    looked_at_ = now;
     return events;
 }
 

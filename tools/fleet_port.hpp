@@ -50,6 +50,7 @@ class FleetPort {
   private:
     struct State;
     std::unique_ptr<State> state_;
+    std::optional<double> looked_at_;  ///< seconds, by the last call of events
 };
 
 }  // namespace hybrid_slam::tools

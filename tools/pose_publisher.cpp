@@ -146,11 +146,11 @@ void PosePublisher::look_along(double steering, const Points& obstacles, LinkPos
 void PosePublisher::after(const Frame& frame, const LocalizationResult& result, bool known) {
     LinkPose pose = pose_of(frame, result, known);
     Points obstacles;
+    // While it is not known, what was seen stays where it is in the map: one scan that fits badly
+    // must not free what is behind the vehicle.
     if (pose.is_known()) {
         look_around(frame, result);
         obstacles = surroundings_.obstacles(setup_.map->grid());
-    } else {
-        surroundings_.forget();
     }
     for (const Server& server : servers_) {
         if (pose.is_known()) {

@@ -44,7 +44,8 @@ StatusLine::StatusLine(bool quiet) : visible_(!quiet && isatty(STDERR_FILENO) ==
 
 void StatusLine::draw(const std::string& text) {
     if (visible_) {
-        fmt::print(stderr, "\r{}\x1b[K", text);  // ESC [ K clears the rest of the line
+        // ESC [ K clears the rest of the line. What cannot be shown is no error.
+        std::fputs(fmt::format("\r{}\x1b[K", text).c_str(), stderr);
         std::fflush(stderr);
         drawn_ = true;
     }
@@ -52,7 +53,7 @@ void StatusLine::draw(const std::string& text) {
 
 void StatusLine::clear() {
     if (drawn_) {
-        fmt::print(stderr, "\r\x1b[K");
+        std::fputs("\r\x1b[K", stderr);
         std::fflush(stderr);
         drawn_ = false;
     }

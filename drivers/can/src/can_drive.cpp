@@ -10,13 +10,16 @@
 #include <thread>
 
 #include "command_watchdog.hpp"
+#include "deadline.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/stopwatch.hpp"
 
 namespace hybrid_slam {
 namespace {
 
-constexpr double kStartAgain = 0.5;  // seconds between starts of nodes that are silent
+constexpr double kStartAgain = 0.5;     // seconds between starts of nodes that are silent
+constexpr double kFaultLasts = 0.2;     // seconds; a fault that is shorter is seen by everybody too
+constexpr double kFarewellTries = 0.2;  // seconds in which a bus that is busy is asked again
 
 /// A config that was filled by code is held to the same ranges as a file.
 CanDriveConfig in_range(CanDriveConfig config) {
@@ -83,6 +86,8 @@ struct CanDrive::Shared {
     CanDriveStatus status;
     /// Seconds, by id: a truck with two controllers is as silent as the one that is.
     std::map<std::uint32_t, double> heard;
+    std::string last_fault;  ///< that the truck told
+    double faulty_at = -HUGE_VAL;
     bool end = false;
     bool silent = false;
 
@@ -111,10 +116,11 @@ std::string CanDrive::Shared::obstacle(double time) const {
     if (!(time - last_feedback() <= config.feedback_valid)) {
         return "the truck is silent";
     }
-    if (!status.feedback.speed) {
-        return "the truck does not tell its speed";
+    if (!status.feedback.speed || !status.feedback.steering) {
+        return status.feedback.speed ? "the truck does not tell its steering angle"
+                                     : "the truck does not tell its speed";
     }
-    return status.feedback.faulty() ? fault_text(status.feedback) : "";
+    return time - faulty_at <= kFaultLasts ? last_fault : "";
 }
 
 CommandWatchdog::Order CanDrive::Shared::order(double time) {
@@ -170,6 +176,10 @@ void CanDrive::Shared::take(const std::optional<CanFrame>& frame) {
         if (frame->id >= kFirstPdo) {
             heard[frame->id] = now();
         }
+        if (feedback->faulty()) {
+            last_fault = fault_text(*feedback);
+            faulty_at = now();
+        }
     }
 }
 
@@ -215,6 +225,7 @@ void CanDrive::Shared::run() {
         say_goodbye();
         finish(bus->fault());
     } catch (const std::exception& error) {
+        say_goodbye();
         finish(error.what());
     }
 }
@@ -225,10 +236,17 @@ void CanDrive::Shared::say_goodbye() {
         const std::lock_guard<std::mutex> lock(mutex);
         steering = status.sent.steering;
     }
-    if (power_was_on) {
-        send(codec->encode({0.0, steering}, true));
-        send(codec->encode({}, false));
+    if (!power_was_on) {
+        return;
     }
+    const auto insist = [this](const std::vector<CanFrame>& frames) {
+        const Deadline deadline(kFarewellTries);
+        while (!send(frames) && bus->fault().empty() && !deadline.passed()) {
+            bus->receive(0.005);
+        }
+    };
+    insist(codec->encode({0.0, steering}, true));
+    insist(codec->encode({}, false));
 }
 
 CanDrive::CanDrive(std::unique_ptr<CanBus> bus, const CanDriveConfig& config,

@@ -60,6 +60,9 @@ struct MqttConnection::Impl {
                  "hybrid_slam_" + config.manufacturer + "_" + config.serial_number) {
         client.set_connection_lost_handler([this](const std::string&) { is_lost = true; });
         client.set_message_callback([this](const mqtt::const_message_ptr& message) {
+            if (message->is_retained()) {
+                return;  // from before we listened: nobody waits for that to be done
+            }
             const std::string& payload = message->get_payload_ref().str();
             // One byte too long is told as such, and the rest need not be copied.
             received(message->get_topic(),

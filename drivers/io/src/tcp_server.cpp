@@ -23,6 +23,9 @@ Endpoint endpoint_of(const tcp::acceptor& acceptor) {
 }  // namespace
 
 tcp::acceptor listen_on(asio::io_context& context, const Endpoint& endpoint) {
+    if (endpoint.host.empty()) {
+        throw Error(endpoint.text() + ": cannot listen: no host");  // would be all interfaces
+    }
     std::error_code error;
     tcp::resolver resolver(context);
     const auto found = resolver.resolve(endpoint.host, std::to_string(endpoint.port),

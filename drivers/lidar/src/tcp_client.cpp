@@ -20,6 +20,9 @@ class TcpClient : public ByteSource {
   public:
     explicit TcpClient(const LidarConfig& config) : name_(config.port), socket_(context_) {
         const Endpoint converter = parse_endpoint(name_);
+        if (name_.rfind(std::string(kTcpScheme) + ":", 0) == 0) {
+            throw Error(name_ + ": no host; wanted is tcp://host:port");
+        }
         std::error_code error;
         tcp::resolver resolver(context_);
         const auto endpoints =

@@ -17,6 +17,7 @@ constexpr double kStanding = 0.005;        ///< m/s
 constexpr double kTakeOverPatience = 2.0;  ///< seconds for a stop before the vehicle is let go
 constexpr double kJumpWanted = 10.0;  ///< seconds that SLAM has to go where it was told to begin
 constexpr int kMostWaiting = 1000;    ///< waypoints
+constexpr double kOrderValid = 1.0;   ///< seconds; whoever sent an older one may not watch any more
 constexpr double kMostSpeed = 50.0;   ///< m/s; more is no measurement
 constexpr double kMostSteering = 2.0 * kPi;  ///< radians, likewise
 
@@ -41,18 +42,19 @@ struct Pilot::State {
     void take(const LinkEvent& event, const LinkInitialPose& pose);
     void take(const LinkEvent& event, LinkCommand command);
     void take(const LinkEvent& event);
+    bool is_too_late(const LinkEvent& event, const std::string& what);
     void lose(std::uint64_t client);
     void abandon(std::string why);
     void pause(std::string why);
     void look_at_drive(const PilotInput& input);
-    void rest(const PilotInput& input);
+    void rest();
     void go(const PilotInput& input);
     void finish_dropping();
     void replan();
     void ask_for_route();
-    std::string hold_reason(double now) const;
+    std::string hold_reason() const;
     void hand_over(double seconds);
-    void tell(double now);
+    void tell();
     LinkDriveState drive_state() const;
     int waypoints_left() const;
 
@@ -61,6 +63,7 @@ struct Pilot::State {
     std::string map;
     PoseWatch poses;
 
+    double now = 0.0;  ///< seconds, of this step
     LinkMode mode;
     bool paused = false;
     std::string why_paused;  ///< when nobody asked for it
@@ -84,7 +87,19 @@ struct Pilot::State {
     PilotOutput out;
 };
 
+/// Whether that came so long ago that it would move the vehicle by surprise.
+bool Pilot::State::is_too_late(const LinkEvent& event, const std::string& what) {
+    if (now - event.arrival <= kOrderValid) {
+        return false;
+    }
+    out.refusals.push_back({event.client, what + ": the drive was held up; send it again"});
+    return true;
+}
+
 void Pilot::State::take(const LinkEvent& event, const LinkGoals& wanted) {
+    if (is_too_late(event, "goals")) {
+        return;
+    }
     if (mode == LinkMode::kManual) {
         out.refusals.push_back({event.client, "goals: the vehicle is in manual mode"});
         return;
@@ -121,6 +136,9 @@ void Pilot::State::take(const LinkEvent& event, LinkCommand command) {
             paused = true;
             break;
         case LinkCommand::kResume:
+            if (is_too_late(event, "resume")) {
+                break;
+            }
             if (!fault.empty()) {
                 // It must not move by itself as soon as somebody has mended it.
                 out.refusals.push_back({event.client, "resume: the drive has a fault: " + fault});
@@ -206,7 +224,7 @@ void Pilot::State::look_at_drive(const PilotInput& input) {
 }
 
 /// Why the vehicle must not move; empty when it may.
-std::string Pilot::State::hold_reason(double now) const {
+std::string Pilot::State::hold_reason() const {
     if (!fault.empty()) {
         return fault;
     }
@@ -244,36 +262,36 @@ void Pilot::State::replan() {
     }
 }
 
-void Pilot::State::rest(const PilotInput& input) {
+void Pilot::State::rest() {
     last = {};
     last.command.steering = steering;
     if (!standing) {
         out.command = last.command;  // rolling, or nearly so
     }
-    if (mode == LinkMode::kAutomatic && hold_reason(input.now).empty()) {
+    if (mode == LinkMode::kAutomatic && hold_reason().empty()) {
         ask_for_route();
     }
 }
 
 void Pilot::State::go(const PilotInput& input) {
-    FollowerInput now;
-    now.seconds = input.seconds;
-    now.pose = poses.fresh(input.now);
-    now.speed = input.drive.speed;
-    now.steering = input.drive.steering;
-    now.free_ahead = poses.free_ahead();
-    now.free_behind = poses.free_behind();
-    now.hold = !hold_reason(input.now).empty();
-    last = follow(*route, vehicle, config.follower, follower, now);
+    FollowerInput seen;
+    seen.seconds = input.seconds;
+    seen.pose = poses.fresh(now);
+    seen.speed = input.drive.speed;
+    seen.steering = input.drive.steering;
+    seen.free_ahead = poses.free_ahead();
+    seen.free_behind = poses.free_behind();
+    seen.hold = !hold_reason().empty();
+    last = follow(*route, vehicle, config.follower, follower, seen);
     // Held for long, the power may go off.
-    if (fault.empty() && !(now.hold && standing)) {
+    if (fault.empty() && !(seen.hold && standing)) {
         out.command = last.command;
     }
     if (last.status == FollowerStatus::kArrived && standing) {
         orders.finish();
         route.reset();
         arrived = orders.empty();
-    } else if (last.status == FollowerStatus::kOffPath && standing && !now.hold) {
+    } else if (last.status == FollowerStatus::kOffPath && standing && !seen.hold) {
         replan();
     }
 }
@@ -301,7 +319,7 @@ LinkDriveState Pilot::State::drive_state() const {
     return moves ? LinkDriveState::kDriving : LinkDriveState::kStopped;
 }
 
-void Pilot::State::tell(double now) {
+void Pilot::State::tell() {
     LinkStatus& status = out.status;
     status.mode = mode;
     status.state = drive_state();
@@ -322,7 +340,7 @@ void Pilot::State::tell(double now) {
         status.reason = "manual mode";
     } else if (orders.empty() && !paused) {
         status.reason = note;
-    } else if (const std::string why = hold_reason(now); !why.empty()) {
+    } else if (const std::string why = hold_reason(); !why.empty()) {
         status.reason = why;
     } else if (request) {
         status.reason = "looking for a way";
@@ -347,6 +365,7 @@ void Pilot::State::hand_over(double seconds) {
 
 PilotOutput Pilot::State::step(const PilotInput& input) {
     out = {};
+    now = input.now;
     out.refusals = std::exchange(later, {});
     look_at_drive(input);
     for (const LinkEvent& event : input.events) {
@@ -359,10 +378,10 @@ PilotOutput Pilot::State::step(const PilotInput& input) {
     if (route) {
         go(input);
     } else {
-        rest(input);
+        rest();
     }
     hand_over(input.seconds);
-    tell(input.now);
+    tell();
     out.news = poses.news();
     if (poses.newest() != nullptr) {
         out.pose = *poses.newest();
@@ -393,6 +412,9 @@ void Pilot::take(std::uint64_t number, Route route) {
         return;
     }
     const RouteRequest asked = *std::exchange(state.request, std::nullopt);
+    if (state.orders.dropping()) {
+        return;  // nobody wants to go there any more, and others wait
+    }
     if (route.status != PlanStatus::kFound) {
         const std::string why = why_no_way(route, asked.waypoints);
         state.later.push_back({state.orders.active()->client, why});

@@ -99,12 +99,6 @@ void Surroundings::correct(const Pose2d& new_map_from_old_map) {
     map_from_robot_ = new_map_from_old_map * map_from_robot_;
 }
 
-void Surroundings::forget() {
-    memory_.clear();
-    returns_.clear();
-    scan_ = {};
-}
-
 bool Surroundings::sees_behind(const VehicleConfig& vehicle) const {
     constexpr double kNear = 0.3;  // metres
     bool all = !scan_.ranges.empty();

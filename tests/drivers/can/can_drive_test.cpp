@@ -52,6 +52,8 @@ struct Yard {
     std::vector<CanFrame> told;
     std::string fault;
     bool mute = false;
+    int busy = 0;                               ///< frames that are not taken
+    std::vector<CanFrame>* survivor = nullptr;  ///< what is sent, for after the end
 
     CanFrame last() {
         const std::lock_guard<std::mutex> lock(mutex);
@@ -328,7 +330,11 @@ class PatientBus : public CanBus {
     explicit PatientBus(Yard& yard) : yard_(yard) {}
 
     bool send(const CanFrame& frame) override {
-        yard_.sent.push_back(frame);
+        if (yard_.busy > 0) {
+            --yard_.busy;
+            return false;
+        }
+        (yard_.survivor != nullptr ? *yard_.survivor : yard_.sent).push_back(frame);
         return true;
     }
     std::optional<CanFrame> receive(double /*timeout*/) override {
@@ -346,8 +352,8 @@ class PatientBus : public CanBus {
 
 /// A drive, its truck and their clock, all stepped.
 struct SteppedYard {
-    SteppedYard()
-        : drive(std::make_unique<PatientBus>(yard), {}, {}, [this] { return now; }),
+    explicit SteppedYard(const CanDriveConfig& config = {})
+        : drive(std::make_unique<PatientBus>(yard), config, {}, [this] { return now; }),
           truck({}, {}, {}, 0.0) {}
 
     /// Seconds of cycles at 50 Hz; commands are given at each while there is one.
@@ -366,10 +372,15 @@ struct SteppedYard {
         }
     }
     void keep(const std::vector<CanFrame>& frames) {
-        yard.told.insert(yard.told.end(), frames.begin(), frames.end());
+        for (const CanFrame& frame : frames) {
+            if (frame.id != loses) {
+                yard.told.push_back(frame);
+            }
+        }
     }
 
     Yard yard;
+    std::uint32_t loses = 0;  ///< id of what does not arrive
     double now = 0.0;
     CanDrive drive;
     TruckCan truck;
@@ -390,6 +401,44 @@ TEST(CanDrive, GoesByTheClockThatItIsGiven) {
     again.run(3.0, DriveCommand{0.3, 0.0});
     again.run(1.0, std::nullopt);
     EXPECT_TRUE(again.yard.sent == stepped.yard.sent);
+}
+
+TEST(CanDrive, AFaultThatIsOverAtOnceIsSeenAllTheSame) {
+    SteppedYard stepped;
+    stepped.run(2.0, DriveCommand{0.3, 0.0});
+    stepped.truck.set_fault(23);
+    stepped.run(0.02, DriveCommand{0.3, 0.0});
+    stepped.truck.set_fault(0);
+    stepped.run(0.1, DriveCommand{0.3, 0.0});
+    EXPECT_EQ(stepped.drive.status().reason, "the drive reports fault 23");
+    EXPECT_EQ(stepped.drive.status().sent.speed, 0.0);
+    stepped.run(1.0, DriveCommand{0.3, 0.0});
+    EXPECT_EQ(stepped.drive.status().reason, "");
+}
+
+TEST(CanDrive, ATruckWithoutSteeringAngleIsNotDriven) {
+    CanDriveConfig config;
+    config.layout.speed_of = SpeedOf::kAxle;  // else it would not know its speed either
+    SteppedYard stepped(config);
+    stepped.loses = 0x383;
+    stepped.run(2.0, DriveCommand{0.3, 0.0});
+    EXPECT_EQ(stepped.drive.status().state, CanDriveState::kHeld);
+    EXPECT_EQ(stepped.drive.status().reason, "the truck does not tell its steering angle");
+    EXPECT_EQ(stepped.truck.state().speed, 0.0);
+}
+
+TEST(CanDrive, ABusyBusIsAskedAgainToStop) {
+    Yard yard;
+    {
+        SteppedYard stepped;
+        stepped.run(2.0, DriveCommand{0.3, 0.0});
+        stepped.yard.busy = 3;
+        stepped.yard.survivor = &yard.sent;
+    }
+    ASSERT_EQ(yard.sent.size(), 2U);
+    EXPECT_EQ(yard.sent[0].data[0] & 1, 1) << "speed zero first, with power";
+    EXPECT_EQ(yard.sent[0].data[1] | yard.sent[0].data[2], 0);
+    EXPECT_EQ(yard.sent[1], frame("203#0000000000000000"));
 }
 
 TEST(CanDrive, IsSilentWhileOthersDriveButStopsFirst) {

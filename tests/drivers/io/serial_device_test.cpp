@@ -68,16 +68,17 @@ TEST(SerialDevice, TellsThatItWasUnplugged) {
     EXPECT_EQ(error_of([&device] { device.write("x"); }), "line: unplugged");
 }
 
-TEST(SerialDevice, KnowsWhatDidNotLeaveAndForgetsIt) {
-    const PseudoTerminal terminal;
+TEST(SerialDevice, TakesNothingMoreWhileNobodyReads) {
+    PseudoTerminal terminal;
     SerialDevice device(terminal.path(), kBaud, "line");
-    EXPECT_EQ(device.unsent(), 0u);
     const std::string block(4096, 'x');
     for (int i = 0; i < 1000 && device.write(block) > 0; ++i) {  // nobody reads
     }
-    EXPECT_EQ(device.write(block), 0u);
-    device.forget_unsent();
-    EXPECT_EQ(device.unsent(), 0u);
+    EXPECT_EQ(device.write("late"), 0u);
+    while (!next_of(terminal).empty()) {
+    }
+    EXPECT_EQ(device.write("new"), 3u);
+    EXPECT_EQ(next_of(terminal), "new");
 }
 
 TEST(SerialDevice, SaysWhatIsWrong) {

@@ -238,6 +238,47 @@ TEST(PilotOrders, AreRefusedWhileTheDriveHasAFault) {
     EXPECT_TRUE(truck.run(60.0, [&] { return truck.arrived(); }));
 }
 
+TEST(PilotOrders, ThatWaitedForADriveThatWasHeldUpAreRefused) {
+    PilotedTruck truck;
+    truck.run(0.5);
+    truck.tell(LinkCommand::kPause);
+    truck.run(0.1);
+    LinkGoals goals;
+    goals.waypoints.push_back({kFirst, std::nullopt});
+    truck.tell(goals);
+    truck.tell(LinkCommand::kResume);
+    truck.hang(1.5);
+    EXPECT_THAT(truck.refusals, ElementsAre(HasSubstr("goals: the drive was held up"),
+                                            HasSubstr("resume: the drive was held up")));
+    truck.run(3.0);
+    EXPECT_TRUE(truck.stands());
+    truck.tell(LinkCommand::kPause);
+    truck.tell(LinkCommand::kCancel);
+    truck.hang(1.5);
+    EXPECT_EQ(truck.refusals.size(), 2U) << "to stop is never too late";
+}
+
+TEST(PilotOrders, AWayNotFoundEndsOnlyTheOrderThatItWasFor) {
+    PilotedTruck truck;
+    truck.plans = false;
+    truck.go_to({kFirst});
+    truck.run(1.0);
+    const std::optional<RouteRequest> first = truck.pilot().wanted_route();
+    ASSERT_TRUE(first);
+    truck.told_speed = 0.01;  // rolls on a slope, so that the order waits for its end
+    truck.run(0.1);
+    truck.go_to({kSecond});
+    truck.run(0.1);
+    Route none;
+    none.status = PlanStatus::kNoWay;
+    truck.pilot().take(first->number, none);
+    truck.told_speed.reset();
+    truck.plans = true;
+    EXPECT_TRUE(truck.run(90.0, [&] { return truck.arrived(); }));
+    EXPECT_LT(truck.away_from(kSecond), 0.02);
+    EXPECT_TRUE(truck.refusals.empty());
+}
+
 TEST(PilotOrders, AClientThatIsGoneMatters) {
     for (const bool needs : {false, true}) {
         PilotConfig config;

@@ -36,6 +36,12 @@ class PilotedTruck {
         return false;
     }
 
+    /// Nobody asks the pilot for so long; what came meanwhile it gets at the end.
+    void hang(double seconds) {
+        now_ += seconds;
+        one_step();
+    }
+
     void tell(const decltype(LinkEvent::what)& what, std::uint64_t client = kClient) {
         LinkEvent event;
         event.client = client;

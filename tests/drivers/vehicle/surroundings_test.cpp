@@ -104,17 +104,14 @@ TEST(Surroundings, MoveWithACorrectionOfThePose) {
     around.correct(correction);
     around.see(empty_scan(1.0), correction * Pose2d(3.0, 0.0, 0.0));
     EXPECT_TRUE(has(around.obstacles(), {-0.5, 0.8}));
-    around.forget();
-    EXPECT_TRUE(around.obstacles().empty());
 }
 
 TEST(Surroundings, KeepNegativePlacesApart) {
-    Surroundings around({});
     for (const Point2& place : {Point2(2.5, 0.8), Point2(2.5, -0.8), Point2(1.7, 1.9)}) {
         const Pose2d start(-7.0, -4.0, 2.0);
         Scan scan = empty_scan(0.0);
         put(scan, place);
-        around.forget();
+        Surroundings around({});
         around.see(scan, start);
         around.see(empty_scan(1.0), start * Pose2d(3.0, 0.0, 0.0));
         EXPECT_TRUE(has(around.obstacles(), place - Point2(3.0, 0.0)));

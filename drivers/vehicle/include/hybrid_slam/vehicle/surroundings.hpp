@@ -35,8 +35,6 @@ class Surroundings {
     void see(const Scan& scan, const Pose2d& map_from_robot);
     /// Poses were wrong by this much: what is remembered moves along.
     void correct(const Pose2d& new_map_from_old_map);
-    /// Where the robot is is not known any more.
-    void forget();
 
     /// Whether the newest scan looks to where the vehicle goes when it backs out straight.
     bool sees_behind(const VehicleConfig& vehicle) const;
