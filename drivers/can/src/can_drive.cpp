@@ -120,7 +120,7 @@ std::string CanDrive::Shared::obstacle(double time) const {
         return status.feedback.speed ? "the truck does not tell its steering angle"
                                      : "the truck does not tell its speed";
     }
-    return time - faulty_at <= kFaultLasts ? last_fault : "";
+    return status.feedback.faulty() || time - faulty_at <= kFaultLasts ? last_fault : "";
 }
 
 CommandWatchdog::Order CanDrive::Shared::order(double time) {
@@ -214,6 +214,7 @@ void CanDrive::Shared::finish(const std::string& fault) {
 }
 
 void CanDrive::Shared::run() {
+    std::string trouble;
     try {
         double next = now();
         while (!ended() && bus->fault().empty()) {
@@ -222,12 +223,15 @@ void CanDrive::Shared::run() {
             next = std::max(next + 1.0 / config.rate, now());
             listen(next);
         }
-        say_goodbye();
-        finish(bus->fault());
     } catch (const std::exception& error) {
-        say_goodbye();
-        finish(error.what());
+        trouble = error.what();
     }
+    try {
+        say_goodbye();
+    } catch (const std::exception& error) {
+        trouble = error.what();
+    }
+    finish(trouble.empty() ? bus->fault() : trouble);
 }
 
 void CanDrive::Shared::say_goodbye() {

@@ -416,6 +416,19 @@ TEST(CanDrive, AFaultThatIsOverAtOnceIsSeenAllTheSame) {
     EXPECT_EQ(stepped.drive.status().reason, "");
 }
 
+TEST(CanDrive, AFaultHoldsUntilTheTruckSaysThatItIsOver) {
+    CanDriveConfig config;
+    config.feedback_valid = 5.0;
+    SteppedYard stepped(config);
+    stepped.run(2.0, DriveCommand{0.3, 0.0});
+    stepped.truck.set_fault(23);
+    stepped.run(0.04, DriveCommand{0.3, 0.0});
+    stepped.loses = 0x183;
+    stepped.run(1.0, DriveCommand{0.3, 0.0});
+    EXPECT_EQ(stepped.drive.status().reason, "the drive reports fault 23");
+    EXPECT_EQ(stepped.drive.status().sent.speed, 0.0);
+}
+
 TEST(CanDrive, ATruckWithoutSteeringAngleIsNotDriven) {
     CanDriveConfig config;
     config.layout.speed_of = SpeedOf::kAxle;  // else it would not know its speed either
