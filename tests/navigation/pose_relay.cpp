@@ -200,9 +200,12 @@ void PoseRelay::pass_line(std::string line) {
         last_pose_ = line;
     }
     const PassedPose passed{wall_microseconds(), pose.value("stamp", 0.0), !frozen, is_known(pose)};
+    {
+        // Before the drive has it, who may tell the test at once.
+        const std::lock_guard<std::mutex> lock(mutex_);
+        passed_.push_back(passed);
+    }
     write_all(drive_, line + "\n");
-    const std::lock_guard<std::mutex> lock(mutex_);
-    passed_.push_back(passed);
 }
 
 }  // namespace hybrid_slam::test
