@@ -12,6 +12,7 @@
 
 #include "benchmarks.hpp"
 #include "hybrid_slam/core/error.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/lidar/lidar_reader.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
@@ -27,11 +28,6 @@ constexpr double kSettling = 60.0;          // seconds
 constexpr double kAskedError = 1e-3;        // seconds, afterwards
 constexpr std::uint32_t kDigitBase = 1000;  // the first two words tell which scan it is
 constexpr std::uint32_t kNearest = 100;     // centimetres
-
-double now_seconds() {
-    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
-    return std::chrono::duration<double>(since_boot).count();
-}
 
 std::vector<std::uint8_t> telegram_of(std::uint32_t index) {
     S300Telegram telegram;
@@ -75,9 +71,9 @@ double send(PseudoTerminal& terminal, const Schedule& schedule, std::size_t scan
     for (std::size_t i = 0; i < scans; ++i) {
         const auto bytes = telegram_of(static_cast<std::uint32_t>(i));
         const double due = schedule.last_byte(i, bytes.size()) + jitter(random);
-        const double wait = std::max(0.0, due - now_seconds());
+        const double wait = std::max(0.0, due - steady_seconds());
         std::this_thread::sleep_for(std::chrono::duration<double>(wait));
-        worst = std::max(worst, now_seconds() - due);
+        worst = std::max(worst, steady_seconds() - due);
         terminal.write(bytes);
     }
     return worst;
@@ -151,11 +147,11 @@ int run_live_benchmark(double minutes, std::ostream& out) {
     robot.lidar.port = terminal.path();
     robot.camera.enabled = false;
     LiveOptions options;
-    options.now = now_seconds;
+    options.now = steady_seconds;
     LiveSensors sensors(robot, options);
     wait_for_reader(sensors);
 
-    const Schedule schedule{robot.lidar, now_seconds() + 0.1};
+    const Schedule schedule{robot.lidar, steady_seconds() + 0.1};
     const auto scans = static_cast<std::size_t>(60.0 * minutes / schedule.period());
     std::future<double> sender = std::async(std::launch::async, [&terminal, &schedule, scans] {
         return send(terminal, schedule, scans);

@@ -19,6 +19,7 @@
 #include "hybrid_slam/backend/slam.hpp"
 #include "hybrid_slam/core/error.hpp"
 #include "hybrid_slam/core/metrics.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "hybrid_slam/io/pseudo_terminal.hpp"
 #include "hybrid_slam/live/live_sensors.hpp"
 #include "hybrid_slam/sensors/sensor_source.hpp"
@@ -34,13 +35,9 @@ constexpr double kAskedShare = 0.35;   ///< of one core
 constexpr double kAskedDelay = 0.025;  ///< seconds, 99 % of the poses
 constexpr double kHeadStart = 2.0;     ///< seconds, in which the devices are opened
 
-double now_seconds() {
-    const auto since_boot = std::chrono::steady_clock::now().time_since_epoch();
-    return std::chrono::duration<double>(since_boot).count();
-}
-
 void sleep_until(double due) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, due - now_seconds())));
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::max(0.0, due - steady_seconds())));
 }
 
 /// Of this process, all its threads.
@@ -163,7 +160,7 @@ class TimedVideo : public Capture {
             return false;
         }
         const double due = begin_ + drive_.image_arrivals.at(count_);
-        const double until = now_seconds() + timeout;
+        const double until = steady_seconds() + timeout;
         sleep_until(std::min(due, until));
         if (due > until) {
             return false;
@@ -196,7 +193,7 @@ class WatchedStream : public SensorStream {
                 }
                 return event;
             }
-            if (now_seconds() > end_) {
+            if (steady_seconds() > end_) {
                 return std::nullopt;
             }
         }
@@ -240,14 +237,14 @@ Findings run(WatchedStream& stream, const RobotConfig& robot, double begin) {
     while (auto measurement = source.next()) {
         if (findings.delays.empty()) {  // what was made ready before the first scan is no load
             cpu = cpu_seconds();
-            wall = now_seconds();
+            wall = steady_seconds();
         }
         const auto frame = assembler.push(std::move(*measurement));
         if (!frame) {
             continue;
         }
         const SlamResult result = slam.process(*frame);
-        const double now = now_seconds();
+        const double now = steady_seconds();
         findings.delays.push_back(now - stream.last_byte());
         take(result, findings);
         findings.cpu = cpu_seconds() - cpu;
@@ -325,10 +322,10 @@ int run_pipeline_benchmark(const std::filesystem::path& worlds, double minutes, 
     PseudoTerminal terminal;
     robot.lidar.port = terminal.path();
     robot.camera.device = file.path.string();
-    const double begin = now_seconds() + kHeadStart;
+    const double begin = steady_seconds() + kHeadStart;
     ScannerProcess scanner(terminal, drive, begin);
     LiveOptions options;
-    options.now = now_seconds;
+    options.now = steady_seconds;
     options.open_camera = [&drive, begin](const CameraConfig& config) {
         return std::make_unique<TimedVideo>(config, drive, begin);
     };

@@ -116,9 +116,11 @@ std::string CanDrive::Shared::obstacle(double time) const {
     if (!(time - last_feedback() <= config.feedback_valid)) {
         return "the truck is silent";
     }
-    if (!status.feedback.speed || !status.feedback.steering) {
-        return status.feedback.speed ? "the truck does not tell its steering angle"
-                                     : "the truck does not tell its speed";
+    if (!status.feedback.speed) {
+        return "the truck does not tell its speed";
+    }
+    if (!status.feedback.steering) {
+        return "the truck does not tell its steering angle";
     }
     return status.feedback.faulty() || time - faulty_at <= kFaultLasts ? last_fault : "";
 }

@@ -6,11 +6,10 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <chrono>
-#include <optional>
 
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <system_error>
 
 #include "can_buses.hpp"
@@ -19,6 +18,8 @@
 
 namespace hybrid_slam {
 namespace {
+
+constexpr double kMostStuck = 0.3;  // seconds in which it takes nothing
 
 can_frame to_kernel(const CanFrame& frame) {
     can_frame raw{};
@@ -52,13 +53,12 @@ class SocketCan : public CanBus {
         const can_frame raw = to_kernel(frame);
         if (::send(descriptor_, &raw, sizeof raw, MSG_DONTWAIT | MSG_NOSIGNAL) == sizeof raw) {
             ++counts_.sent;
-            refused_since_.reset();
+            stuck_.reset();
             return true;
         }
         ++counts_.dropped;
-        const auto now = std::chrono::steady_clock::now();
-        refused_since_ = refused_since_.value_or(now);
-        if (now - *refused_since_ > kNobodyListens) {
+        stuck_ = stuck_.value_or(Deadline(kMostStuck));
+        if (stuck_->passed()) {
             // What lies in the queue must not go out when the plug is back: closing drops it.
             fault_ = name_ + ": takes no frames (does anybody on the bus acknowledge?)";
             return false;
@@ -102,11 +102,9 @@ class SocketCan : public CanBus {
         }
     }
 
-    static constexpr std::chrono::milliseconds kNobodyListens{300};
-
     std::string name_;
     int descriptor_;
-    std::optional<std::chrono::steady_clock::time_point> refused_since_;
+    std::optional<Deadline> stuck_;  // since it took nothing
 };
 
 void check_interface(int descriptor, const std::string& interface) {

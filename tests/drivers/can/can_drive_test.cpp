@@ -15,6 +15,7 @@
 #include "frames.hpp"
 #include "hybrid_slam/can/slcan_terminal.hpp"
 #include "hybrid_slam/can/truck_can.hpp"
+#include "hybrid_slam/core/stopwatch.hpp"
 #include "support/error_of.hpp"
 #include "support/temp_folder.hpp"
 
@@ -25,11 +26,6 @@ using test::error_of;
 using test::frame;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-double seconds_now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
-        .count();
-}
 
 /// False after a time that only a broken program needs.
 bool eventually(const std::function<bool()>& done) {
@@ -44,7 +40,7 @@ bool eventually(const std::function<bool()>& done) {
 
 /// A truck, and a wire to it that can be cut. For two threads: the bus's and the test's.
 struct Yard {
-    Yard() : truck({}, {}, {}, seconds_now()) {}
+    Yard() : truck({}, {}, {}, steady_seconds()) {}
 
     std::mutex mutex;
     TruckCan truck;
@@ -86,15 +82,15 @@ class YardBus : public CanBus {
         }
         ++counts_.sent;
         yard_.sent.push_back(frame);
-        keep(yard_.truck.receive(frame, seconds_now()));
+        keep(yard_.truck.receive(frame, steady_seconds()));
         return true;
     }
     std::optional<CanFrame> receive(double timeout) override {
-        for (const double end = seconds_now() + timeout; seconds_now() < end;) {
+        for (const double end = steady_seconds() + timeout; steady_seconds() < end;) {
             {
                 const std::lock_guard<std::mutex> lock(yard_.mutex);
                 fault_ = yard_.fault;
-                keep(yard_.truck.advance(seconds_now()));
+                keep(yard_.truck.advance(steady_seconds()));
                 if (!fault_.empty()) {
                     return std::nullopt;
                 }
@@ -287,7 +283,7 @@ TEST_P(PulledAdapter, TheTruckStopsByItselfAndTheDriveSaysWhy) {
     std::atomic<bool> end{false};
     std::atomic<double> speed{0.0};
     std::thread world([&] {
-        TruckCan truck(config.layout, {}, {}, seconds_now());
+        TruckCan truck(config.layout, {}, {}, steady_seconds());
         while (!end) {
             std::vector<CanFrame> told;
             if (pull) {
@@ -295,11 +291,11 @@ TEST_P(PulledAdapter, TheTruckStopsByItselfAndTheDriveSaysWhy) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(5));
             } else {
                 for (const CanFrame& heard : terminal->receive(0.005)) {
-                    const auto answer = truck.receive(heard, seconds_now());
+                    const auto answer = truck.receive(heard, steady_seconds());
                     told.insert(told.end(), answer.begin(), answer.end());
                 }
             }
-            const auto more = truck.advance(seconds_now());
+            const auto more = truck.advance(steady_seconds());
             told.insert(told.end(), more.begin(), more.end());
             for (std::size_t i = 0; terminal && i < told.size(); ++i) {
                 terminal->send(told[i]);
